@@ -8,6 +8,7 @@ from struct import pack
 from flockwire.domain.quaternion import IDENTITY
 
 from flockwire_mocap.natnet.packets import (
+    ADJUSTABLE,
     CONNECTION,
     COUNTED,
     HEADER,
@@ -79,7 +80,7 @@ def _body(body: RigidBody) -> bytes:
 
 def _suffix(stamps: Stamps, parameters: int, version: Version) -> bytes:
     *common, precision = stamps
-    if version >= COUNTED:
+    if version >= ADJUSTABLE:  # the vendor's sample clients read them from 4.0 on
         return PRECISE_SUFFIX.pack(*common, *(precision or (0, 0)), parameters)
     return SUFFIX.pack(*common, parameters)
 

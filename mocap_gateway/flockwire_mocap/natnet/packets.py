@@ -29,6 +29,7 @@ CONNECTION = Struct("<QHB4s")  # clock frequency, data port, multicast, group
 REQUESTED_VERSION = Struct("<265xBB2x")  # a long greeting: name, versions, one option, then that version
 SUFFIX = Struct("<IIdQQQH")  # timecode, its subframe, timestamp, three ticks, parameters
 PRECISE_SUFFIX = Struct("<IIdQQQIIH")  # the same with two u32 of a precision time stamp
+ECHO = Struct("<Q")  # a number of the client; the answer has it again, and the server's clock in ticks
 TRACKING_VALID = 1  # bit of a rigid body's parameters
 MODELS_CHANGED = 2  # bit of a frame's parameters
 
@@ -46,6 +47,8 @@ class Kind(IntEnum):
     TEXT = 8
     DISCONNECT = 9
     KEEP_ALIVE = 10
+    ECHO = 12
+    ECHOED = 13
     UNRECOGNIZED = 100
 
 
@@ -121,6 +124,12 @@ class Response(NamedTuple):
     code: int | None
 
 
+class Echo(NamedTuple):
+    """A client's request for the server's clock, with a number of its own."""
+
+    number: int
+
+
 class Other(NamedTuple):
     """A packet without bodies: text for the user, an unrecognized request, a kind not known."""
 
@@ -148,7 +157,7 @@ class RemoteCommand(NamedTuple):
     text: str
 
 
-ClientPacket = Connect | RemoteCommand | Other | Rejected
+ClientPacket = Connect | RemoteCommand | Echo | Other | Rejected
 
 
 def can_adjust(version: Version, multicast: bool) -> bool:

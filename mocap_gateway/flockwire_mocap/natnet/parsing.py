@@ -6,11 +6,13 @@ from flockwire_mocap.natnet.frame import read_frame
 from flockwire_mocap.natnet.model import read_model
 from flockwire_mocap.natnet.packets import (
     CONNECTION,
+    ECHO,
     HEADER,
     REQUESTED_VERSION,
     SENDER,
     ClientPacket,
     Connect,
+    Echo,
     Kind,
     Other,
     Packet,
@@ -40,6 +42,8 @@ def parse_request(datagram: bytes) -> ClientPacket:
         kind, body = _open(datagram)
         if kind == Kind.CONNECT:
             return _read_greeting(body)
+        if kind == Kind.ECHO:
+            return Echo(*body.unpack(ECHO))
         return RemoteCommand(_loose_text(body)) if kind == Kind.REQUEST else Other(kind)
     except MalformedError as error:
         return Rejected(str(error))

@@ -11,10 +11,12 @@ from flockwire.domain.time import SECOND
 from flockwire_mocap.natnet.encoding import encode, encode_frame, encode_model, encode_server_info
 from flockwire_mocap.natnet.packets import (
     DATA_PORT,
+    ECHO,
     GROUP,
     OLDEST,
     BodyDescription,
     Connect,
+    Echo,
     Kind,
     MocapFrame,
     RemoteCommand,
@@ -68,6 +70,7 @@ class NatNetTwin:
     def __init__(self, options: TwinOptions, names: Mapping[int, str]) -> None:
         self.options, self.names = options, names
         self._clients: dict[Address, _Client] = {}
+        self._ahead = 0  # ns, of the clock of frames before that of `now`
 
     def receive(self, datagram: bytes, client: Address, now: int) -> bytes | None:
         """Receive a client's datagram at `now`, ns; returns the answer, if there is one."""
@@ -79,6 +82,9 @@ class NatNetTwin:
             return encode_server_info(self._info(version))
         if client in self._clients:
             self._clients[client].received_at = now
+        if isinstance(request, Echo):
+            ticks = (now + self._ahead) * FREQUENCY // SECOND
+            return encode(Kind.ECHOED, ECHO.pack(request.number) + ECHO.pack(ticks))
         if isinstance(request, RemoteCommand):
             return self._obey(request.text, client)
         if request == (Kind.REQUEST_MODEL,) and self.options.answers_model:
@@ -90,6 +96,7 @@ class NatNetTwin:
 
     def datagrams(self, frame: TrackerFrame, now: int) -> list[tuple[bytes, Address]]:
         """Return the datagrams for a frame with their addresses, at `now`, ns."""
+        self._ahead = frame.transmitted - now
         if self.options.multicast:
             target = (self.options.group, self.options.data_port)
             return [(encode_frame(_mocap_frame(frame), self.options.version), target)]

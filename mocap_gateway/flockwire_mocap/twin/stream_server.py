@@ -58,6 +58,10 @@ class StreamServer:
         for client in tuple(self._clients):
             client.close()
 
+    async def dial(self, host: str, port: int) -> None:
+        """Connect to a client that waits at its port; raises OSError if it does not."""
+        await asyncio.get_running_loop().create_connection(lambda: _Client(self._converse, self._clients), host, port)
+
     def publish(self, frame: TrackerFrame) -> None:
         """Send a frame to all clients that want it."""
         for client in tuple(self._clients):

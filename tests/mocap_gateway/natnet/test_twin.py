@@ -1,9 +1,11 @@
+from struct import pack
+
 import pytest
 from flockwire.domain.time import SECOND
 from flockwire_mocap.natnet.encoding import encode, encode_command, encode_connect
 from flockwire_mocap.natnet.packets import Kind, ModelDefinition, Other, Response
 from flockwire_mocap.natnet.parsing import parse
-from flockwire_mocap.natnet.twin import LIFETIME, NatNetTwin, TwinOptions
+from flockwire_mocap.natnet.twin import FREQUENCY, LIFETIME, NatNetTwin, TwinOptions
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 
 ALICE, BOB = ("10.0.0.2", 4000), ("10.0.0.3", 4000)
@@ -94,3 +96,23 @@ def test_lost_bodies_are_in_the_frame_and_marked():
     frame = parse(twin.datagrams(FRAME, 0)[0][0], (4, 1))
     assert [body.tracked for body in frame.bodies] == [True, False]
     assert (frame.stamps.mid_exposure, frame.stamps.transmitted) == (10_000_000, 10_040_000)
+
+
+def test_frames_have_the_precision_stamp_from_4_0_on():
+    sizes = {}
+    for version in ((3, 1), (4, 0)):
+        twin = NatNetTwin(TwinOptions(version), NAMES)
+        twin.receive(encode_connect(), ALICE, 0)
+        ((datagram, _),) = twin.datagrams(FRAME, 0)
+        assert parse(datagram, version).bodies[0].identity == 7
+        sizes[version] = len(datagram)
+    assert sizes[4, 0] == sizes[3, 1] + 8
+
+
+def test_an_echo_has_the_clients_number_and_the_clock_of_the_frames():
+    twin, now = NatNetTwin(TwinOptions((4, 1)), NAMES), 500 * SECOND
+    twin.datagrams(FRAME, now)
+    answer = twin.receive(encode(Kind.ECHO, pack("<Q", 77)), ALICE, now + SECOND)
+    ticks = (FRAME.transmitted + SECOND) * FREQUENCY // SECOND
+    assert answer == encode(Kind.ECHOED, pack("<QQ", 77, ticks))
+    assert twin.receive(encode(Kind.ECHO, b"short"), ALICE, now) is None

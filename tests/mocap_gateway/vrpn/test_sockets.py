@@ -1,6 +1,7 @@
 """Client and server over real sockets on loopback."""
 
 import asyncio
+import socket
 
 from flockwire import clock
 from flockwire_mocap.core import make_core
@@ -96,3 +97,32 @@ def test_a_server_of_another_protocol_is_left(start):
         return client.source.failure
 
     assert "not VRPN 7" in asyncio.run(fly())
+
+
+def test_a_client_that_asks_by_a_datagram_is_dialled(start):
+    async def ask():
+        server = VrpnServer(NAMES, port=0)
+        await server.open()
+        source = make_core(start(source="vrpn")).source
+        lines = []
+
+        async def accepted(reader, writer):
+            writer.write(source.connection.outgoing())
+            while len(source.connection.senders) < len(NAMES):
+                source.read(await reader.read(4096), clock.now())
+            server.publish(next(frames()))
+            while not source.take(clock.now()):
+                source.read(await reader.read(4096), clock.now())
+            lines.append("a pose")
+            writer.close()
+
+        waiting = await asyncio.start_server(accepted, HOME, 0)
+        port = waiting.sockets[0].getsockname()[1]
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
+            for request in (b"", b"\xff", b"10.0.0.1", b"10.0.0.1 0", b"x 70000", f"10.0.0.1 {port}\0".encode()):
+                client.sendto(request, (HOME, server.port))
+            await until(lambda: lines)
+        waiting.close()
+        server.close()
+
+    asyncio.run(ask())
