@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from flockwire.wire.status import Report
     from flockwire_analysis.summary import Summary
 
-ORDER_TIME = 60.0  # s for an order
+ORDER_TIME = 60.0  # s for an order, beside the climb or descent that it takes
 LOOK = 0.05  # s between two checks
 
 
@@ -170,9 +170,11 @@ class Flight(ABC):
             raise FlightError(f"formation {formation!r}: must be one of {sorted(self.swarm.formations)} ([formations])")
 
     async def _until(
-        self, done: Callable[[], bool], what: str, patience: float = ORDER_TIME, failing: bool = False
+        self, done: Callable[[], bool], what: str, patience: float | None = None, failing: bool = False
     ) -> None:
         """Wait until `done`; raises FlightError after `patience` s, and when the flight fails (unless `failing`)."""
+        if patience is None:
+            patience = ORDER_TIME + self.swarm.climb_time
         deadline = self._now() + nanoseconds(patience)
         before = self._failure
         while not done():

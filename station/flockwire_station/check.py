@@ -33,7 +33,8 @@ DEEP = 6  # hops beyond which noise and delay add up
 def describe(plan: Plan, duration: float = 40.0) -> str:
     """Return the description for `check`; `duration` is the flight's, s."""
     swarm = plan.swarm
-    lines = [*_graph(plan), "", *_lemma(swarm), *_depth(swarm), "", *_formations(swarm), "", *_airframes(plan), ""]
+    lines = [*_graph(plan), "", *_lemma(swarm), *_depth(swarm), "", *_formations(swarm, duration), ""]
+    lines += [*_airframes(plan), ""]
     if off := sorted(swarm.checks.off):
         lines += [f"not judged after a flight ([checks]): {', '.join(off)}", ""]
     warned = [f"warning: {line}" for line in (*warnings(swarm), *predicted(swarm, duration))]
@@ -88,19 +89,19 @@ def _depth(swarm: Swarm) -> Iterator[str]:
     )
 
 
-def _formations(swarm: Swarm) -> Iterator[str]:
-    safe, limits = swarm.avoidance.drone_safety_distance, swarm.limits
+def _formations(swarm: Swarm, duration: float) -> Iterator[str]:
+    safe, limits = swarm.drone_spacing, swarm.limits
     fence = f"{list(limits.fence.low)} to {list(limits.fence.high)}"
     if limits.fence.polygon:
         fence += f", polygon of {len(limits.fence.polygon)} corners"
     for name in swarm.formation_names:
         kind = swarm.formation_table(name).kind
-        shape = swarm.survey(name)
-        reach = ", ".join(f"{x:.2f}" for x in shape.extent)
+        shape = swarm.survey(name, duration)
+        low, high = (", ".join(f"{x:.2f}" for x in corner) for corner in (shape.low, shape.high))
         yield f"formation {name or '(default)'}: {kind}"
         yield f"  fastest  {shape.max_speed:6.2f} m/s  limit {limits.speed:.2f} m/s"
         yield f"  tightest {min(shape.min_distance, shape.min_distance_leader):6.2f} m    limit {safe:.2f} m"
-        yield f"  reaches  [{reach}] m from the leader; fence {fence}"
+        yield f"  reaches  [{low}] to [{high}] m from the leader; fence {fence}"
 
 
 def _airframes(plan: Plan) -> Iterator[str]:

@@ -8,7 +8,8 @@ from math import dist, hypot, isfinite
 from flockwire.control.graph import LEADER
 from flockwire.control.trajectory import Trajectory
 from flockwire.domain.vector import Vector, add, norm
-from flockwire.swarm.model import Swarm, uav
+from flockwire.swarm.formation_rules import conflicts
+from flockwire.swarm.model import SURVEY_HORIZON, Swarm, uav
 
 STEP = 0.05  # s between the evaluated instants
 INSTANTS = 2400  # largest number of instants: a long flight has longer steps
@@ -20,10 +21,18 @@ def predicted(swarm: Swarm, duration: float) -> Iterator[str]:
 
     0 is a flight without an end.
     """
+    climb = swarm.limits.takeoff_height / swarm.limits.vertical_speed
+    if 0.0 < duration < climb:
+        yield (
+            f"--duration = {duration:g} s: the take-off alone takes {climb:.0f} s (limits.takeoff_height = "
+            f"{swarm.limits.takeoff_height:g} m, limits.vertical_speed = {swarm.limits.vertical_speed:g} m/s)"
+        )
     duration = duration or ENDLESS
     yield from _of_leader(swarm, duration)
     for name in swarm.formations if swarm.formation is None else swarm.formation_names:
         yield from _of_followers(swarm, name, duration)
+        if duration > SURVEY_HORIZON:  # the rules have looked at what comes before it
+            yield from conflicts(swarm, f"formations.{name}" if name else "formation", swarm.survey(name, duration))
 
 
 def _of_leader(swarm: Swarm, duration: float) -> Iterator[str]:

@@ -24,7 +24,7 @@ from flockwire_station.terminal.interrupts import Interrupts
 START_TIME = 10.0  # s that a process may take to be there before those that wait for it are started all the same
 GRACE = 2.5  # s between the signal to end and SIGKILL
 FILING = 30.0  # s for a recorder, which has a trace to complete
-LANDING_TIME = 60.0  # s for processes with a flying drone
+LANDING_TIME = 60.0  # s for processes with a flying drone, beside its descent
 POLL = 0.02  # s
 LONGEST_LAST_LINE = 4096  # bytes of a process's last output that are read
 REFUSED = 2  # exit status of a process with a bad configuration
@@ -117,7 +117,8 @@ class Children:
         rows = self._host.plan.rows
         ranks = sorted({rows[identity].rank for identity in self._running})
         flyers = {identity for identity in self._running if rows[identity].flies}
-        await asyncio.gather(*(self._end(self._running[i], LANDING_TIME, interrupted) for i in flyers))
+        landing_time = LANDING_TIME + self._host.plan.swarm.climb_time
+        await asyncio.gather(*(self._end(self._running[i], landing_time, interrupted) for i in flyers))
         impatient = interrupted is not None and interrupted.count > 1
         if (flyers or not impatient) and all(self._running[i].poll() is not None for i in flyers):
             for rank in ranks:

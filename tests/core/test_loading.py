@@ -245,3 +245,16 @@ def test_an_order_reads_no_file_that_is_not_a_swarm(tmp_path, text):
     (tmp_path / "broken.toml").write_text(text)
     with pytest.raises(SwarmFileError, match=r"broken\.toml"):
         read_swarm(tmp_path / "broken.toml")
+
+
+@pytest.mark.parametrize(("x", "refused"), [(5.0, False), (0.1, True)])
+def test_key_frames_are_surveyed_to_their_end(key_frames, x, refused):
+    """A follower comes to the leader's place after five minutes."""
+    followers = len({line.split(",")[1] for line in FRAMES.splitlines()[1:]})
+    rows = [f"{t},{drone},{2.0 * drone},3,0" for t in (0, 300) for drone in range(1, followers + 1)]
+    file = key_frames("\n".join(["t,drone,x,y,z", *rows, f"310,1,{x},0,0"]) + "\n")
+    if refused:
+        with pytest.raises(SwarmFileError, match=r"formation: its drones come within 0\.10 m"):
+            load_swarm(file)
+    else:
+        load_swarm(file)

@@ -33,6 +33,11 @@ class KeyFrames(Frozen):
         """The number of followers."""
         return len(self.times)
 
+    @property
+    def end(self) -> float:
+        """The time of the last frame, s."""
+        return max(times[-1] for times in self.times)
+
     def offset(self, index: int, t: float) -> Vector:
         """Return h_i in m, world axes, at mission time t in s."""
         times, points = self.times[index], self.offsets[index]

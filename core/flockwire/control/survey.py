@@ -6,7 +6,7 @@ from math import dist, inf
 from operator import itemgetter
 
 from flockwire.control.formation import Formation
-from flockwire.domain.vector import ZERO, Vector, norm
+from flockwire.domain.vector import Vector, norm
 
 
 @dataclass(frozen=True, slots=True)
@@ -14,13 +14,14 @@ class Survey:
     """Extremes of a formation over a sampled time span.
 
     `max_speed` is the largest |h_i'| in m/s, `min_distance` the smallest |h_i − h_j| and `min_distance_leader` the
-    smallest |h_i| in m (the former inf for a single follower), `extent` the largest |x|, |y|, |z| of h_i in m.
+    smallest |h_i| in m (the former inf for a single follower), `low` and `high` the corners of the box of all h_i in m.
     """
 
     max_speed: float
     min_distance: float
     min_distance_leader: float
-    extent: Vector
+    low: Vector
+    high: Vector
 
 
 def survey(formation: Formation, horizon: float, samples: int) -> Survey:
@@ -29,7 +30,7 @@ def survey(formation: Formation, horizon: float, samples: int) -> Survey:
     Times between two samples are not checked: choose a period shorter than the loss of a clearance.
     """
     max_speed, min_distance, min_distance_leader = 0.0, inf, inf
-    extent = ZERO
+    low, high = (inf, inf, inf), (-inf, -inf, -inf)
     ranks = range(formation.count)
     for k in range(samples):
         t = horizon * k / max(samples - 1, 1)
@@ -37,16 +38,10 @@ def survey(formation: Formation, horizon: float, samples: int) -> Survey:
         max_speed = max(max_speed, *(norm(formation.offset_rate(index, t)) for index in ranks))
         min_distance = _smallest_distance(points, min_distance)
         min_distance_leader = min(min_distance_leader, *(norm(point) for point in points))
-        extent = _widened(extent, points)
-    return Survey(max_speed, min_distance, min_distance_leader, extent)
-
-
-def _widened(extent: Vector, points: list[Vector]) -> Vector:
-    return (
-        max(extent[0], *(abs(x) for x, _, _ in points)),
-        max(extent[1], *(abs(y) for _, y, _ in points)),
-        max(extent[2], *(abs(z) for _, _, z in points)),
-    )
+        xs, ys, zs = zip(*points, strict=True)
+        low = (min(low[0], *xs), min(low[1], *ys), min(low[2], *zs))
+        high = (max(high[0], *xs), max(high[1], *ys), max(high[2], *zs))
+    return Survey(max_speed, min_distance, min_distance_leader, low, high)
 
 
 def _smallest_distance(points: list[Vector], best: float) -> float:

@@ -25,7 +25,7 @@ from flockwire.wire.plan import Plan
 POLL_PERIOD = 0.05  # s between two checks of the statuses
 
 LEAD_TIME = SECOND // 2  # ns from the start order to the formation's time 0, so that all start together
-STAGE_TIME = 30 * SECOND  # ns, time limit of a stage
+STAGE_TIME = 30 * SECOND  # ns, time limit of a stage beside its climb or descent
 GRACE = SECOND  # ns for which a pilot may seem lost: one restarted in flight, or all after this process was frozen
 REPEAT = SECOND // 10  # ns between two repetitions of an unconfirmed order
 
@@ -73,7 +73,7 @@ class Director:
         if self.stage is not Stage.LANDING and standing.settle(fleet):
             self._since = now
         order = self._next(fleet)
-        if order is None and self.stage not in (Stage.FLYING, Stage.OVER) and now - self._since > STAGE_TIME:
+        if order is None and self.stage not in (Stage.FLYING, Stage.OVER) and now - self._since > self._patience():
             order = self._out_of_patience(fleet)
         if order is None and standing.order is not None and self.stage is not Stage.OVER and now - self._sent >= REPEAT:
             order = self._again(standing.order, fleet) if fleet.lacking(standing.order) else None
@@ -266,6 +266,10 @@ class Director:
         self.stage, self._since, self._sent = stage, order.stamp, 0
         return order
 
+    def _patience(self) -> int:
+        """Return the time limit of the stage, ns: with the longest climb or descent, unless it is on the ground."""
+        return STAGE_TIME + (0 if self.stage is Stage.PREPARING else nanoseconds(self._swarm.climb_time))
+
     def _out_of_patience(self, fleet: Fleet) -> Mission | None:
         was = self.stage
         sometimes(f"director: out of patience, {was}")
@@ -273,7 +277,7 @@ class Director:
             why: tuple[str, ...] = (f"not known to be down: {', '.join(fleet.not_down(self._since))}",)
         else:
             why = self.unready(fleet) if was is Stage.PREPARING else fleet.others_than(Phase.HOLD)
-        order = self.abort(f"still {was} after {STAGE_TIME // SECOND} s ({'; '.join(why)})", fleet.now)
+        order = self.abort(f"still {was} after {self._patience() // SECOND} s ({'; '.join(why)})", fleet.now)
         if was is Stage.LANDING:
             self.stage = Stage.OVER
         return order

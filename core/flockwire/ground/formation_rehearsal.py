@@ -22,6 +22,7 @@ from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector, add, subtract
 from flockwire.parameters import guard_parameters
 from flockwire.swarm.model import Swarm, uav
+from flockwire.swarm.wording import beside
 
 STEP = 0.02  # s
 FENCE_STEPS = 5  # steps between two checks of the fence
@@ -54,7 +55,7 @@ class Rehearsal:
         self._before = _Course(swarm.build_formation(running.formation))
         self._after = _Course(swarm.build_formation(name))
         self._guards = [guard_parameters(swarm, i) for i in swarm.followers] if swarm.control.filtered else []
-        self._safe = (swarm.avoidance.kept if self._guards else swarm.avoidance.safe).drone
+        self._safe = swarm.drone_spacing
         disturbance = swarm.control.disturbance if self._guards else 0.0  # commands compensate it
         self._beside = f" and control.disturbance = {disturbance:g} m/s" if disturbance else ""
         self._speed = swarm.limits.speed - swarm.leader.speed_bound - disturbance
@@ -106,8 +107,9 @@ class Rehearsal:
         speeds = np.maximum(np.linalg.norm(way.rates, axis=2), np.linalg.norm(commands, axis=2))
         if (speeds > self._speed).any():
             k, i = np.unravel_index(np.argmax(speeds), speeds.shape)
+            speed = beside(speeds[k, i], self._speed)
             yield (
-                f"{self._name(i)} would be commanded {speeds[k, i]:.2f} m/s {seconds[k]:.1f} s into the change, "
+                f"{self._name(i)} would be commanded {speed} m/s {seconds[k]:.1f} s into the change, "
                 f"limits.speed = {limits.speed:g} m/s leaves {self._speed:.2f} m/s beside the leader's "
                 f"{self._swarm.leader.speed_bound:.2f} m/s{self._beside}"
             )
@@ -129,8 +131,9 @@ class Rehearsal:
         rule = "avoidance.drone_safety_distance"
         if self._pairs[pair][0] not in self._swarm.flying:
             rule = "gateway.person_radius, avoidance.obstacle_safety_distance"
+        gap = beside(gaps[k, pair], self._least[pair])
         yield (
-            f"{one} and {other} would come within {gaps[k, pair]:.2f} m of each other {way.seconds[k]:.1f} s into the "
+            f"{one} and {other} would come within {gap} m of each other {way.seconds[k]:.1f} s into the "
             f"change, must be {self._least[pair]:g} m or more ({rule}, and margin)"
         )
 

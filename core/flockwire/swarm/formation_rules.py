@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import dist, isinf
+from math import dist
 
 from flockwire.control.graph import LEADER
+from flockwire.control.survey import Survey
 from flockwire.swarm.formations import ExpressionFormation
 from flockwire.swarm.model import DEFAULT_FORMATION, SURVEY_HORIZON, Swarm, uav
 from flockwire.swarm.rules import Rule, needs
+from flockwire.swarm.wording import beside
 
 UNDEFINED_STEP = 0.1  # s between the times at which expressions must have values
 
@@ -33,20 +35,33 @@ def _formation(swarm: Swarm, name: str) -> Iterator[str]:
     except ValueError as error:
         yield f"{key}: {error}"
         return
-    table, safe = swarm.formation_table(name), swarm.avoidance.drone_safety_distance
+    table = swarm.formation_table(name)
     if table.assignment != "rank" and table.places == "fixed":
         yield f"{key}.assignment = {table.assignment!r}: excludes {key}.places = 'fixed'; remove one"
-    if shape.max_speed > swarm.limits.speed:
-        yield f"{key}: its drones fly up to {shape.max_speed:.2f} m/s, limits.speed = {swarm.limits.speed} m/s"
-    fence = swarm.limits.fence
-    for axis, low, high, reach in zip("xyz", fence.low, fence.high, shape.extent, strict=True):
-        if 2.0 * reach > high - low:
-            yield f"{key}: reaches {reach:.2f} m from the leader along {axis}, limits.fence is {high - low:.2f} m wide"
-    nearest = (
-        shape.min_distance if swarm.leader.kind == "virtual" else min(shape.min_distance, shape.min_distance_leader)
-    )
-    if nearest < safe and not isinf(nearest):
-        yield f"{key}: its drones come within {nearest:.2f} m, avoidance.drone_safety_distance = {safe} m"
+    yield from conflicts(swarm, key, shape)
+
+
+def conflicts(swarm: Swarm, key: str, shape: Survey) -> Iterator[str]:
+    """Yield the limits that the formation `key` of this `shape` breaks: speed, fence, spacing."""
+    limits, fence = swarm.limits, swarm.limits.fence
+    if shape.max_speed > limits.speed:
+        fastest = beside(shape.max_speed, limits.speed)
+        yield f"{key}: its drones fly up to {fastest} m/s, limits.speed = {limits.speed} m/s"
+    with_leader = ", with the leader" if swarm.leader.has_body else ""
+    for k, axis in enumerate("xyz"):
+        low, high, room = shape.low[k], shape.high[k], fence.high[k] - fence.low[k]
+        width = max(high, 0.0) - min(low, 0.0) if with_leader else high - low
+        if width > room:
+            wide = f"is {beside(width, room)} m wide along {axis}{with_leader}"
+            yield f"{key}: {wide}; limits.fence is {room:.2f} m wide"
+    nearest = min(shape.min_distance, shape.min_distance_leader) if swarm.leader.has_body else shape.min_distance
+    least = swarm.drone_spacing
+    if nearest < least:
+        margin = " + avoidance.margin" if swarm.control.filtered else ""
+        yield (
+            f"{key}: its drones come within {beside(nearest, least)} m, must be {least:g} m or more "
+            f"(avoidance.drone_safety_distance{margin})"
+        )
 
 
 def _undefined(swarm: Swarm, key: str, table: object) -> Iterator[str]:
@@ -93,12 +108,12 @@ def _carried(swarm: Swarm) -> Iterator[str]:
         if drone.id == LEADER and person[2] <= 0.0:
             yield f"{key}: leader.kind = 'tracked' is carried by a person, its height must be above 0: all fly round it"
         elif drone.id != LEADER and gap < clearance:
-            yield f"{key}: {gap:.2f} m from the person who leads, {least}"
+            yield f"{key}: {beside(gap, clearance)} m from the person who leads, {least}"
     for name in swarm.formations if swarm.formation is None else swarm.formation_names:
         nearest = swarm.survey(name).min_distance_leader
         if nearest < clearance:
             key = f"formations.{name}" if name else "formation"
-            yield f"{key}: its drones come within {nearest:.2f} m of the person who leads, {least}"
+            yield f"{key}: its drones come within {beside(nearest, clearance)} m of the person who leads, {least}"
 
 
 RULES: tuple[Rule, ...] = (_formations, _auctions, _carried)

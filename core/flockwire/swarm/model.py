@@ -8,12 +8,14 @@ from __future__ import annotations
 
 import re
 from functools import cached_property
+from math import ceil
 from typing import Annotated
 
 from pydantic import Field, field_validator
 
 from flockwire.control import formation as shapes
 from flockwire.control.graph import LEADER, Graph
+from flockwire.control.key_frames import KeyFrames
 from flockwire.control.survey import Survey, survey
 from flockwire.swarm.airframes import AIRFRAMES, ROWS, AirframeRow
 from flockwire.swarm.drones import BUILT_IN_AIRFRAMES, Airframe, Drone, Wind
@@ -36,8 +38,9 @@ from flockwire.swarm.tables import (
     TrackedObstacle,
 )
 
-SURVEY_HORIZON = 120.0  # s of every formation that are sampled
-SURVEY_SAMPLES = 400
+SURVEY_HORIZON = 120.0  # s of every formation that are sampled, or its length
+SURVEY_STEP = 0.3  # s, in up to MOST_SAMPLES steps
+MOST_SAMPLES = 4000
 DEFAULT_FORMATION = "default"  # of [formations]: the first one where the file has no [formation]
 
 
@@ -108,6 +111,11 @@ class Swarm(Model):
         return tuple(i for i in self.tracked if i != LEADER or self.leader.kind != "tracked")
 
     @property
+    def drone_spacing(self) -> float:
+        """Least distance between places, m: what the safety filter keeps, or the safety distance without one."""
+        return (self.avoidance.kept if self.control.filtered else self.avoidance.safe).drone
+
+    @property
     def person_clearance(self) -> float:
         """Distance of drones from the centre of a person, m."""
         return self.gateway.person_radius + self.avoidance.obstacle_safety_distance
@@ -137,6 +145,11 @@ class Swarm(Model):
     def ground(self) -> float:
         """Height of the ground on which simulated drones land, m: that of the lowest start."""
         return min((self.drone(i).start[2] for i in self.flying), default=0.0)
+
+    @property
+    def climb_time(self) -> float:
+        """The time of the longest climb or descent, s: from the ground to the fence's top at limits.vertical_speed."""
+        return (self.limits.fence.high[2] - self.ground) / self.limits.vertical_speed
 
     @cached_property
     def topology(self) -> Graph:
@@ -218,12 +231,19 @@ class Swarm(Model):
         names = self.formation_names if first else tuple(self.formations)
         return frozenset(name for name in names if self.formation_table(name).assignment == "auction")
 
-    def survey(self, name: str = "") -> Survey:
-        """Return the extremes of the formation called `name` over its first SURVEY_HORIZON s; raises as building it."""
-        if name not in self._surveys:
-            self._surveys[name] = survey(self.build_formation(name), SURVEY_HORIZON, SURVEY_SAMPLES)
-        return self._surveys[name]
+    def survey(self, name: str = "", duration: float = SURVEY_HORIZON) -> Survey:
+        """Return the extremes of the formation called `name`; raises as building it.
+
+        They are those of its first `duration` s, at least SURVEY_HORIZON, or of all its key frames.
+        """
+        formation = self.build_formation(name)
+        horizon = max(SURVEY_HORIZON, duration, formation.end if isinstance(formation, KeyFrames) else 0.0)
+        if (name, horizon) not in self._surveys:
+            self._surveys[name, horizon] = survey(
+                formation, horizon, 1 + min(ceil(horizon / SURVEY_STEP), MOST_SAMPLES)
+            )
+        return self._surveys[name, horizon]
 
     @cached_property
-    def _surveys(self) -> dict[str, Survey]:
+    def _surveys(self) -> dict[tuple[str, float], Survey]:
         return {}

@@ -15,7 +15,7 @@ from flockwire.control.graph import LEADER
 from flockwire.control.plane_polygon import Corner, crossing, edges
 from flockwire.swarm.laws import BUILT_IN
 from flockwire.swarm.model import Swarm, uav
-from flockwire.swarm.wording import meant
+from flockwire.swarm.wording import beside, meant
 
 Rule = Callable[[Swarm], Iterable[str]]
 _NEEDS: dict[Rule, tuple[str, ...]] = {}
@@ -212,16 +212,18 @@ def _starts(swarm: Swarm) -> Iterator[str]:
     for place, drone in enumerate(swarm.drones):
         key = f"drones.{place}.start = {list(drone.start)}"
         if (far := room.outside(drone.start)) > 0.0:
-            yield f"{key}: must lie inside limits.fence, is {far:.2f} m outside"
+            yield f"{key}: must lie inside limits.fence, is {beside(far, 0.0)} m outside"
         for number, obstacle in enumerate(swarm.obstacles):
             gap = dist(drone.start[:2], obstacle.center[:2]) - obstacle.radius
             if gap < safe.obstacle_safety_distance:
-                yield f"{key}: {gap:.2f} m from obstacle {number}, must be {safe.obstacle_safety_distance} m or more"
+                least = safe.obstacle_safety_distance
+                yield f"{key}: {beside(gap, least)} m from obstacle {number}, must be {least} m or more"
     for (i, one), (j, other) in combinations(enumerate(swarm.drones), 2):
         gap = dist(one.start, other.start)
         if gap < safe.drone_safety_distance:
             yield (
-                f"drones.{j}.start = {list(other.start)}: {gap:.2f} m from drones.{i}.start, must be "
+                f"drones.{j}.start = {list(other.start)}: {beside(gap, safe.drone_safety_distance)} m from "
+                f"drones.{i}.start, must be "
                 f"avoidance.drone_safety_distance = {safe.drone_safety_distance} m or more"
             )
 

@@ -72,6 +72,14 @@ def one_of(words: Iterable[str]) -> str:
     return f"{', '.join(others)} or {last}" if others else last
 
 
+def beside(value: float, limit: float) -> str:
+    """Return a value with two decimals, or as many more as tell it from the `limit` that it breaks."""
+    for decimals in range(2, 15):
+        if float(text := f"{value:.{decimals}f}") != limit:
+            return text
+    return repr(value)
+
+
 def meant(value: object, words: Iterable[str]) -> str:
     """Return the suggestion of the nearest of `words` for `value`, to follow a refusal; empty if none is near."""
     from difflib import get_close_matches  # noqa: PLC0415  (a file without mistakes needs none)

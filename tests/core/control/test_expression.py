@@ -143,4 +143,4 @@ def test_the_documented_expression_flies(example, make_swarm):
     import tomllib
 
     swarm = make_swarm({"formations": tomllib.loads(example("formations", "toml"))["formations"]})
-    assert swarm.survey("rose").extent[2] == pytest.approx(0.2, abs=1e-3)
+    assert swarm.survey("rose").high[2] == pytest.approx(0.2, abs=1e-3)

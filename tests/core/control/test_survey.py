@@ -17,7 +17,8 @@ def test_a_circle():
     assert result.max_speed == pytest.approx(1.0)
     assert result.min_distance == pytest.approx(8**0.5)
     assert result.min_distance_leader == pytest.approx(2.0)
-    assert result.extent == pytest.approx((2.0, 2.0, 0.0), abs=1e-3)
+    assert result.low == pytest.approx((-2.0, -2.0, 0.0), abs=1e-3)
+    assert result.high == pytest.approx((2.0, 2.0, 0.0), abs=1e-3)
 
 
 def test_a_single_follower_has_no_pair():

@@ -10,6 +10,7 @@ from flockwire.ground.order import Order
 from flockwire.loading import parse_swarm
 from flockwire.pilot.orders import Orders
 from flockwire.pilot.phases import OUTDATED
+from flockwire.swarm.tables import Fence
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report, Status
@@ -33,6 +34,7 @@ PLAN = Plan(
     )
 )
 PILOTS = PLAN.pilots
+PATIENCE = STAGE_TIME / SECOND + PLAN.swarm.climb_time  # s, of a stage in the air
 ON_GROUND = (Phase.GROUNDED, Phase.READY)
 GROUNDED, FLYING, STOPPED = FlightState.GROUNDED, FlightState.FLYING, FlightState.STOPPED
 
@@ -365,9 +367,9 @@ def test_silence_is_not_a_landing(flying):
     flying.pilots["uav2"].driver_died, flying.pilots["uav2"].state = flying.now, FLYING
     flying.all(Phase.READY, 5.0)
     assert flying.stage is Stage.LANDING
-    flying.step(STAGE_TIME / SECOND)
+    flying.step(PATIENCE)
     assert (flying.stage, flying.failure) == (
-        Stage.OVER, "still landing after 30 s (not known to be down: uav2)"
+        Stage.OVER, "still landing after 34 s (not known to be down: uav2)"
     )  # fmt: skip
 
 
@@ -598,8 +600,8 @@ def test_a_pilot_restarted_on_the_ground_during_take_off_takes_off_by_the_order_
 
 def test_a_drone_that_stays_on_the_ground_is_named_with_the_remedy(tower):
     tower.all(Phase.READY)
-    tower.step(31.0, leader=Phase.HOLD, uav1=Phase.HOLD, uav2=(Phase.READY, OUTDATED))
-    assert tower.failure == f"still taking off after 30 s (uav2: {OUTDATED})"
+    tower.step(PATIENCE + 1, leader=Phase.HOLD, uav1=Phase.HOLD, uav2=(Phase.READY, OUTDATED))
+    assert tower.failure == f"still taking off after 34 s (uav2: {OUTDATED})"
 
 
 def test_a_stop_is_a_failure_and_over_when_nothing_flies(flying):
@@ -715,16 +717,16 @@ def test_a_drone_that_is_lost_during_take_off_ends_it(tower, phase):
 def test_in_the_air_patience_ends_with_a_landing(tower):
     tower.all(Phase.READY)
     tower.step(leader=Phase.HOLD, uav1=Phase.HOLD, uav2=(Phase.TAKEOFF, "slow"))
-    assert tower.step(STAGE_TIME / SECOND + 1) == ["land"]
+    assert tower.step(PATIENCE + 1) == ["land"]
     assert tower.stage is Stage.LANDING
     assert "uav2: slow" in tower.failure
 
 
 def test_a_landing_that_never_ends_is_given_up(flying):
     flying.director.land(flying.now)
-    flying.all(Phase.LANDING, STAGE_TIME / SECOND + 1)
+    flying.all(Phase.LANDING, PATIENCE + 1)
     assert flying.stage is Stage.OVER
-    assert flying.failure.startswith("still landing after 30 s")
+    assert flying.failure.startswith("still landing after 34 s")
 
 
 def test_before_take_off_an_order_to_land_just_ends(tower):
@@ -865,3 +867,11 @@ def test_who_is_left_out_stays_left_out_after_an_order_of_another_station_that_d
     tower.take(Mission(tower.now, "world", "formation", tower.now, "wide", giver=THEIRS, knows=known))
     tower.step()
     assert tower.director.resume(tower.now).without == (2,)
+
+
+def test_the_climb_to_a_great_height_takes_its_time():
+    """25 m at 0.7 m/s take 36 s, and so does the descent."""
+    high = PLAN.swarm.model_copy(
+        update={"limits": PLAN.swarm.limits.model_copy(update={"takeoff_height": 25.0, "fence": Fence(ceiling=30.0)})}
+    )
+    assert STAGE_TIME / SECOND + high.climb_time > 25.0 / 0.7 + 30.0

@@ -164,13 +164,32 @@ WRONG = [
     ),
     ({"formations.kink": {"kind": "expression", "x": "abs(t)", "y": "0"}}, "formations.kink.x = 'abs(t)': 'abs' of"),
     ({"formation.rate": 1.6}, "formation: its drones fly up to 3.20 m/s, limits.speed = 3.0 m/s"),
-    ({"formation.radius": 0.25}, "formation: its drones come within 0.25 m, avoidance.drone_safety_distance = 0.4 m"),
-    ({"formation.radius": 11.0, "formation.rate": 0.0}, "formation: reaches 11.00 m from the leader along x"),
+    (
+        {"formation.radius": 0.25},
+        "formation: its drones come within 0.25 m, must be 0.4 m or more (avoidance.drone_safety_distance)",
+    ),
+    (
+        {"formation.radius": 11.0, "formation.rate": 0.0},
+        "formation: is 22.00 m wide along x, with the leader; limits.fence is 20.00 m wide",
+    ),
     (
         {"formations.tight": {"kind": "line", "spacing": 0.1}},
-        "formations.tight: its drones come within 0.10 m, avoidance.drone_safety_distance = 0.4 m",
+        "formations.tight: its drones come within 0.10 m, must be 0.4 m or more (avoidance.drone_safety_distance)",
     ),
     ({**VIRTUAL, "formation.radius": 0.25}, "formation: its drones come within 0.35 m"),
+    (
+        {"control.law": "extended", "formation": {"kind": "line", "spacing": 0.42}},
+        "formation: its drones come within 0.42 m, must be 0.43 m or more (avoidance.drone_safety_distance + avoid",
+    ),
+    ({"formation": {"kind": "line", "spacing": 0.3999}}, "formation: its drones come within 0.3999 m, must be 0.4 m"),
+    (
+        {"drones.1.start": [0.39996, 0.0, 0.0]},
+        "drones.1.start = [0.39996, 0.0, 0.0]: 0.39996 m from drones.0.start, must be avoidance.drone_safety_dist",
+    ),
+    (
+        {"obstacles": [{"center": [0.0, 0.29999, 0.0]}]},
+        "drones.0.start = [0.0, 0.0, 0.0]: 0.29999 m from obstacle 0, must be 0.3 m or more",
+    ),
 ]
 
 
@@ -204,3 +223,23 @@ def test_every_unsound_pair_of_starts_is_named(make_swarm):
 )
 def test_what_keeps_the_rules_is_accepted(make_swarm, changes):
     assert make_swarm(changes) != make_swarm()
+
+
+@pytest.mark.parametrize(("x", "fits"), [("6 + 2*i", True), ("6 + 4.1*i", False)])
+def test_a_formation_on_one_side_of_a_virtual_leader_needs_only_its_own_box(make_swarm, x, fits):
+    aside = {
+        **VIRTUAL,
+        "formation": {"kind": "expression", "x": x, "y": "0"},
+        "leader.trajectory": {"kind": "constant", "velocity": [0.0, 0.0, 0.0]},
+        "limits.fence": {"min": [-2.0, -6.0, -0.5], "max": [10.0, 6.0, 3.0]},
+        "drones": [
+            {"id": i + 1, "start": [x, y, 0.0]} for i, (x, y) in enumerate(((6.0, 0.0), (8.0, 0.0), (7.0, 2.0)))
+        ],
+        "graph.edges": [[0, 1], [0, 2], [0, 3]],
+    }
+    if fits:
+        assert make_swarm(aside).survey().low[0] == 6.0
+    else:
+        aside["limits.fence"]["max"][0] = 6.0
+        with pytest.raises(SwarmFileError, match=r"is 8\.20 m wide along x; limits\.fence is 8\.00 m wide"):
+            make_swarm(aside)
