@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable
-from math import inf
 from typing import cast
 
 from flockwire.domain.airframe import Command, Telemetry
@@ -65,7 +64,7 @@ class KinematicsCore:
         self._false_heights: list[FalseHeight] = []  # those that have begun
         self._begin = took_off  # time 0 of faults: the first take-off
         self._usual, self._chance = swarm.wind, chance
-        self._wind_ends = inf  # s, of another wind than the usual one
+        self._winds: list[WindChange] = []  # those that blow: the last one counts
         self._blow(swarm.wind)
 
     def receive(self, key: Key, message: Message, now: int) -> None:
@@ -85,7 +84,7 @@ class KinematicsCore:
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Advance all drones to `now` and publish their positions."""
-        if self._begin is not None and (self._faults or self._wind_ends < inf):
+        if self._begin is not None and (self._faults or self._winds):
             self._inject((now - self._begin) / SECOND)
         messages: list[tuple[Key, Message]] = [
             (key, Pose(now, self._frame, person.advance(now))) for key, person in self._persons.items()
@@ -139,21 +138,21 @@ class KinematicsCore:
 
     def _inject(self, t: float) -> None:
         """Inject the faults that are due at `t` s after the first take-off."""
-        if t >= self._wind_ends:
-            self._wind_ends = inf
-            self._blow(self._usual)
+        before = self._winds
+        self._winds = [wind for wind in before if t < wind.at + wind.duration]
         while self._faults and self._faults[0].at <= t:
             fault = self._faults.popleft()
             match fault:
                 case WindChange():
-                    self._wind_ends = fault.at + fault.duration
-                    self._blow(fault)
+                    self._winds.append(fault)
                 case AirframeLag():
                     self._airframes[uav(fault.drone)].respond(fault.lag, fault.dead_time)
                 case AirframeFailure():
                     self._airframes[uav(fault.drone)].stop()
                 case FalseHeight():
                     self._false_heights.append(fault)
+        if self._winds[-1:] != before[-1:]:
+            self._blow(self._winds[-1] if self._winds else self._usual)
 
     def _blow(self, usual: WindTable | WindChange) -> None:
         for airframe in self._airframes.values():
