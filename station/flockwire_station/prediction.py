@@ -28,11 +28,27 @@ def predicted(swarm: Swarm, duration: float) -> Iterator[str]:
             f"{swarm.limits.takeoff_height:g} m, limits.vertical_speed = {swarm.limits.vertical_speed:g} m/s)"
         )
     duration = duration or ENDLESS
+    yield from _of_real_drones(swarm)
     yield from _of_leader(swarm, duration)
     for name in swarm.formations if swarm.formation is None else swarm.formation_names:
         yield from _of_followers(swarm, name, duration)
         if duration > SURVEY_HORIZON:  # the rules have looked at what comes before it
             yield from conflicts(swarm, f"formations.{name}" if name else "formation", swarm.survey(name, duration))
+
+
+def _of_real_drones(swarm: Swarm) -> Iterator[str]:
+    """Yield what real drones fly without, though the room has people and walls."""
+    real = [number for number in swarm.flying if number not in swarm.simulated]
+    if not real:
+        return
+    limits, names = swarm.limits, ", ".join(map(uav, real))
+    if not limits.fence.model_fields_set & {"min", "max", "polygon"}:
+        size = " x ".join(f"{high - low:g}" for low, high in zip(limits.fence.low, limits.fence.high, strict=True))
+        yield f"limits.fence is the default, {size} m, for real drones ({names}): set it to the room of the flight"
+    if not swarm.control.filtered:
+        yield f"control.safety_filter: real drones ({names}) fly without it: nothing keeps their distances or the fence"
+    if not limits.body_drift:
+        yield f"limits.body_drift = 0: real drones ({names}) fly by any pose, whatever body it is of (docs/safety.md)"
 
 
 def _of_leader(swarm: Swarm, duration: float) -> Iterator[str]:

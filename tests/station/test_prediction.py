@@ -109,3 +109,45 @@ def test_what_was_predicted_fails(swarm, changes, check):
     trace = TraceInMemory(wrong, 0)
     World(wrong, 0, 9.0, (), trace.take).run()
     assert any(sentence.startswith(f"{check}: ") for sentence in summarise(trace.trace()).failures())
+
+
+REAL = {
+    "control.law": "extended",
+    "gateway.source": "natnet",
+    "drones": [
+        {"id": 0, "start": [0.0, 0.0, 0.0]},
+        {"id": 1, "start": [2.0, 0.0, 0.0], "airframe": "tello", "tello": {"address": "192.168.10.1"}},
+    ],
+    "graph.edges": [[0, 1]],
+}
+ROOM = {"limits.fence": {"min": [-4.0, -4.0, -0.5], "max": [4.0, 4.0, 3.0]}, "limits.body_drift": 0.15}
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        (ROOM, []),
+        ({}, ["limits.fence is the default, 20 x 20 x 3.5 m, for real drones (uav1)", "limits.body_drift = 0: real"]),
+        (ROOM | {"control.safety_filter": False}, ["control.safety_filter: real drones (uav1) fly without it"]),
+    ],
+)
+def test_what_real_drones_fly_without_is_named(make_swarm, changes, said):
+    swarm = make_swarm({**REAL, **changes})
+    named = [line for line in predicted(swarm, 20.0) if "real drones" in line]
+    assert len(named) == len(said)
+    assert all(line.startswith(one) for line, one in zip(named, said, strict=True))
+    assert not [line for line in predicted(swarm.in_simulation(), 20.0) if "real drones" in line]
+
+
+def test_a_flight_that_ends_before_its_take_off_is_named(make_swarm):
+    high = make_swarm({"limits.takeoff_height": 25.0, "limits.fence": {"ceiling": 60.0}})
+    assert "--duration = 15 s: the take-off alone takes 36 s" in "\n".join(predicted(high, 15.0))
+    assert "take-off alone" not in "\n".join(predicted(high, 40.0))
+
+
+def test_places_that_meet_beyond_the_survey_are_named(make_swarm):
+    """The second rank reaches the first one's place after five minutes."""
+    late = {"control.law": "extended", "formation": {"kind": "expression", "x": "2 + i*(2 - t/150)", "y": "0"}}
+    swarm = make_swarm({**late, "leader.trajectory.velocity": [0.0, 0.0, 0.0]})
+    assert "come within" not in "\n".join(predicted(swarm, 200.0))
+    assert "formation: its drones come within" in "\n".join(predicted(swarm, 310.0))
