@@ -3,8 +3,11 @@ from pathlib import Path
 
 import pytest
 from flockwire.loading import SwarmFileError, load_swarm, parse_swarm, read_swarm
+from flockwire.process.fault_file import load_faults
 from flockwire.swarm.model import Swarm
-from flockwire.swarm.reading import CONTROLS
+from flockwire.swarm.reading import CONTROLS, LARGEST_TOML
+from flockwire.wire.plan import Plan
+from flockwire_sim.study.file import Study, load_study
 
 SHIPPED = sorted((Path(__file__).parents[2] / "swarms").glob("*.toml"))
 FRAMES = "t,drone,x,y,z\n0,1,1,0,0\n9,1,2,0,0\n0,2,0,1,0\n0,3,-1,0,0\n0,4,0,-1,0\n"
@@ -71,7 +74,7 @@ def test_there_are_shipped_swarms():
         ("network.transport", "tcp", "network.transport = 'tcp': unknown key"),
         ("network.mode", "mesh", "network.mode = 'mesh': must be 'peers' or 'router'"),
         ("network.security", "tls", "network.security = 'tls': must be 'mtls' or 'none'"),
-        ("drones", 5, "drones = 5: must be a list, each item a table"),
+        ("drones", 5, "drones = 5: must be a list of up to 1000 items, each item a table"),
         ("name", "two words", "name = 'two words': must be a letter followed by"),
         ("name", "a/b", "name = 'a/b': must be a letter followed by"),
         ("name", datetime.date(2022, 1, 1), "name = '2022-01-01': must be a letter followed by"),
@@ -258,3 +261,39 @@ def test_key_frames_are_surveyed_to_their_end(key_frames, x, refused):
             load_swarm(file)
     else:
         load_swarm(file)
+
+
+def test_a_byte_order_mark_is_ignored_in_every_file(key_frames, tmp_path):
+    swarm, marked = key_frames(FRAMES), b"\xef\xbb\xbf"
+    (tmp_path / "faults.toml").write_text('[[faults]]\nkind = "tracker"\ndrone = 1\nat = 1.0\nduration = 0.1\n')
+    (tmp_path / "study.toml").write_text("runs = 3\n")
+    for file in (swarm, *(tmp_path / name for name in ("frames.csv", "faults.toml", "study.toml"))):
+        file.write_bytes(marked + file.read_bytes())
+    assert len(load_faults(tmp_path / "faults.toml", Plan(load_swarm(swarm)))) == 1
+    assert load_study(tmp_path / "study.toml", {}, Study).runs == 3
+
+
+HOSTILE = {
+    "lists": f"name = {'[' * 5000}{']' * 5000}",
+    "a dotted key": f"{'a.' * 5000}a = 1",
+    "tables": f"name = {'{a=' * 40}1{'}' * 40}",
+    "parameters": f"[control.parameters]\nx = {'[' * 20}{']' * 20}",
+    "digits": f"name = {'1' * 5000}",
+    "bytes": f'name = "{"x" * LARGEST_TOML}"',
+}
+
+
+@pytest.mark.parametrize("text", HOSTILE.values(), ids=[*HOSTILE])
+def test_a_deep_or_huge_file_is_refused_in_one_short_line(tmp_path, text):
+    path = tmp_path / "swarm.toml"
+    path.write_text(text)
+    with pytest.raises(SwarmFileError) as refused:
+        load_swarm(path)
+    assert len(str(refused.value)) < 300
+    assert "\n" not in str(refused.value)
+    assert any(rule in str(refused.value) for rule in ("more than 16 tables or lists", "not TOML", "bytes, must have"))
+
+
+def test_more_drones_than_there_are_numbers_are_refused(swarm_table):
+    many = [{"id": 1, "start": [0.0, 0.0, 0.0]}] * 1001
+    assert refusal(swarm_table({"drones": many})).startswith("drones = [")

@@ -70,7 +70,7 @@ def parse_key_frames(text: str) -> KeyFrames:
     Rows of different drones may be mixed; the times of one drone must grow; ranks must be 1 … n without a gap; empty
     lines are skipped. Raises ValueError that names the line, the value and the rule.
     """
-    rows = csv.reader(text.removeprefix("\ufeff").splitlines())
+    rows = csv.reader(text.splitlines())
     lines = ((rows.line_num, [cell.strip() for cell in row]) for row in rows if any(cell.strip() for cell in row))
     number, header = next(lines, (1, []))
     if header != HEADER:

@@ -41,6 +41,7 @@ from flockwire.swarm.tables import (
 SURVEY_HORIZON = 120.0  # s of every formation that are sampled, or its length
 SURVEY_STEP = 0.3  # s, in up to MOST_SAMPLES steps
 MOST_SAMPLES = 4000
+MOST_DRONES = 1000
 DEFAULT_FORMATION = "default"  # of [formations]: the first one where the file has no [formation]
 
 
@@ -63,7 +64,7 @@ class Swarm(Model):
     checks: Checks = Checks()  # bounds that judge a flight
     leader: Leader = Leader()  # the leader and its path
     graph: GraphTable  # who receives from whom
-    drones: tuple[Drone, ...]  # every drone
+    drones: Annotated[tuple[Drone, ...], Field(max_length=MOST_DRONES)]  # every drone
     airframes: dict[str, Airframe] = Field(default=BUILT_IN_AIRFRAMES)  # responses of airframes
     wind: Wind = Wind()  # wind of simulated airframes
     obstacles: tuple[Obstacle, ...] = ()  # fixed obstacles

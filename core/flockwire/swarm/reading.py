@@ -20,6 +20,9 @@ from flockwire.swarm.wording import meant, one_of, printable, shown, takes
 
 NO_FILE = "is a pipe or a device, not a file"
 NO_TEXT = "is not UTF-8 text"
+LARGEST, LARGEST_TOML = 64_000_000, 4_000_000  # bytes
+DEEPEST = 16  # tables and lists in each other
+TOO_DEEP = f"has more than {DEEPEST} tables or lists in each other"
 CONTROLS = "must not have control characters"
 BREAKS = {ord(character): None for character in "\t\n\r"}
 _SYNTAX = {  # part of the parser's message; its meaning for the user
@@ -46,12 +49,18 @@ class Fault(NamedTuple):
     taints: tuple[str, ...]
 
 
-def read_text(path: Path) -> str:
-    """Return the text of a file; raises OSError, also for a pipe or a device, which may never end, and ValueError."""
-    if not (stat.S_ISREG(mode := path.stat().st_mode) or stat.S_ISDIR(mode)):
+def read_text(path: Path, largest: int = LARGEST) -> str:
+    """Return the text of a file, without a byte order mark.
+
+    Raises OSError, also for a pipe or a device, which may never end, and ValueError: no text, or over `largest` bytes.
+    """
+    found = path.stat()
+    if not (stat.S_ISREG(found.st_mode) or stat.S_ISDIR(found.st_mode)):
         raise OSError(errno.EINVAL, NO_FILE)
+    if found.st_size > largest:
+        raise ValueError(f"has {found.st_size} bytes, must have {largest} or fewer")
     try:
-        return path.read_text(encoding="utf-8")
+        return path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
         raise ValueError(NO_TEXT) from None
 
@@ -62,7 +71,7 @@ def read_toml(path: Path, what: str, refusal: type[ValueError]) -> dict[str, Any
     Nor may a text or a key have control characters, which a terminal obeys.
     """
     try:
-        text = read_text(path)
+        text = read_text(path, LARGEST_TOML)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
         raise refusal(f"{path}: cannot read the {what}: {reason}") from error
@@ -71,9 +80,25 @@ def read_toml(path: Path, what: str, refusal: type[ValueError]) -> dict[str, Any
     except tomllib.TOMLDecodeError as error:
         quoted = path.resolve().suffix == ".toml"  # of another file, which may be secret, no line is shown
         raise refusal(f"{path}: {_syntax(str(error), text, quoted)}") from error
+    except RecursionError:
+        raise refusal(f"{path}: {TOO_DEEP}") from None
+    except ValueError as error:  # a number of more digits than Python reads
+        raise refusal(f"{path}: not TOML: {error}") from None
+    if _depth(table) > DEEPEST:
+        raise refusal(f"{path}: {TOO_DEEP}")
     if lines := [f"{path}: {wrong}: {CONTROLS}" for wrong in _with_controls(table)]:
         raise refusal("\n".join(lines))
     return table
+
+
+def _depth(table: dict[str, Any]) -> int:
+    """Return how many tables and lists lie in each other, up to one more than DEEPEST."""
+    depth, level = 0, [table.values()]
+    while level and depth <= DEEPEST:
+        depth += 1
+        inner = [one for values in level for one in values if isinstance(one, dict | list)]
+        level = [one.values() if isinstance(one, dict) else one for one in inner]  # type: ignore[misc]
+    return depth
 
 
 def _with_controls(table: dict[str, Any]) -> Iterator[str]:

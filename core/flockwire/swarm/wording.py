@@ -47,7 +47,8 @@ def _list(kind: Any, metadata: tuple[Any, ...]) -> str:  # noqa: ANN401  (any ty
     if rest == [Ellipsis]:
         inner = takes(*plain(first))
         least = " with one item at least" if any(getattr(data, "min_length", None) for data in metadata) else ""
-        return f"a list{least}" + (f", each item {inner}" if inner else "")
+        most = next((data.max_length for data in metadata if getattr(data, "max_length", None)), None)
+        return f"a list{least}{f' of up to {most} items' if most else ''}" + (f", each item {inner}" if inner else "")
     if plain(first)[0] is float:
         return f"{_NUMBERS[1 + len(rest)]}{' [x, y, z]' if len(rest) == 2 else ''}"
     return f"a list of {1 + len(rest)}"
