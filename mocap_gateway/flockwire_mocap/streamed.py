@@ -70,7 +70,7 @@ class StreamedSource:
         steps = clock.steps
         sent = clock.update(frame.transmitted, now, frame.set_back)
         if clock.steps > steps:
-            self.count_named(STEPPED, self.sender_name(sender))
+            self.count_named(STEPPED, sender)
         captured = sent - (frame.transmitted - frame.captured) - self._latency
         self._hold(captured, frame.bodies)
         self._complete = self._complete or whole or self._completes(frame.bodies, now)
@@ -80,7 +80,7 @@ class StreamedSource:
         return sender or "the tracker"
 
     def count_named(self, what: str, who: str) -> None:
-        """Count `what` of `who`, whose name takes the place of {} in it; of many names the first are shown."""
+        """Count `what` of a body or sender, whose name takes the place of {} in it; of many the first are shown."""
         counts = self._named.setdefault(what, Counter())
         counts[who if who in counts or len(counts) < MOST_NAMED else OTHERS] += 1
 
@@ -123,8 +123,11 @@ class StreamedSource:
 
     def state(self, now: int) -> SourceState:
         """Return its state at `now` (Unix ns)."""
-        named = [(what.format(who), n) for what, counts in self._named.items() for who, n in counts.items()]
-        return SourceState(self.trouble(now), counted(*self.counts.items(), *named))
+        named: Counter[str] = Counter()
+        for what, counts in self._named.items():
+            for who, count in counts.items():
+                named[what.format(self.sender_name(who))] += count
+        return SourceState(self.trouble(now), counted(*self.counts.items(), *named.items()))
 
     def trouble(self, now: int) -> str:
         """Return why there are no frames at `now` (Unix ns), and the remedy; empty while they arrive."""

@@ -105,7 +105,7 @@ class RosSource(StreamedSource):
             return None
         newest = self._reports.get(name)
         if newest is not None and newest.sender != sender and now - newest.at < OWNED:
-            self.count_named(SECOND_PUBLISHER, self.sender_name(sender))
+            self.count_named(SECOND_PUBLISHER, sender)
             return None
         number = self._numbers.setdefault(name, len(self._numbers))
         self._reports[name] = Report(sender, one.stamp, now)

@@ -99,14 +99,18 @@ def test_without_frames_nothing_is_well(make_swarm):
 @pytest.mark.parametrize("frame", [{}, {"rotation": [0.0, 0.0, 0.6, 0.8], "offset": [1.0, 2.0, 0.1]}])
 def test_a_tracker_with_another_unit_or_axis_is_a_line_with_the_keys(make_swarm, inspect, unit, up_axis, frame):
     read = {"source": "vrpn", **frame}
-    starts = {f"drones.{i}.start": [0.5 * i - 1.0, 1.0 + 0.6 * i, 0.3] for i in range(5)}
+    starts = {f"drones.{i}.start": [0.5 * i, 0.6 * i, 0.1 * i] for i in range(5)}
     sent = coordinates_of(make_swarm({"gateway": read | {"vrpn": {"unit": unit, "up_axis": up_axis}}}).gateway)
     believed = coordinates_of(make_swarm({"gateway": read}).gateway)
 
     def seen(name, k, place):
         return name, believed.position(sent.to_tracker(ReportedBody(0, name, place, LEVEL, True)).position)
 
-    line = inspect(seen, {"gateway": read} | starts).problems()[0]
+    line = inspect(seen, {"gateway": read} | starts).problems()[-1]
     assert f"unit = {unit!r} and up_axis = {up_axis!r} in [gateway.vrpn]" in line
-    moved = inspect(lambda name, k, place: (name, (place[0] + 3.0, *place[1:])), {"gateway": read} | starts)
-    assert "3.00 m from its start" in moved.problems()[0]  # other keys do not bring them there
+    for far in (3.0, 100.0):  # other keys do not bring it there
+        (line,) = inspect(
+            lambda name, k, place, far=far: (name, (place[0] + far * (name == "uav1"), *place[1:])),
+            {"gateway": read} | starts,
+        ).problems()
+        assert f"{far:.2f} m from its start" in line
