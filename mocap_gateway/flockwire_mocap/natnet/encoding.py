@@ -29,6 +29,7 @@ from flockwire_mocap.natnet.packets import (
 )
 
 END = bytes(4)
+RIGID_BODIES = 2  # of the mask of types: 1 << their type
 
 
 def encode(kind: Kind, body: bytes = b"") -> bytes:
@@ -47,6 +48,14 @@ def encode_connect() -> bytes:
 def encode_command(text: str) -> bytes:
     """Return a client's command."""
     return encode(Kind.REQUEST, text.encode() + b"\0")
+
+
+def encode_model_request(masked: bool) -> bytes:
+    """Return a client's request for the model definition, `masked` with the bits of the wanted types.
+
+    The vendor's sample sends no mask; a Motive 3.1 is reported to answer only requests that have one.
+    """
+    return encode(Kind.REQUEST_MODEL, pack("<I", RIGID_BODIES) if masked else b"")
 
 
 def encode_server_info(info: ServerInfo) -> bytes:

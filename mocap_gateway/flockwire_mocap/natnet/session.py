@@ -10,7 +10,7 @@ from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.swarm.gateway import NatNet
 
 from flockwire_mocap.frame_sequence import MISSING, RESTARTS, FrameSequence
-from flockwire_mocap.natnet.encoding import encode, encode_command, encode_connect
+from flockwire_mocap.natnet.encoding import encode, encode_command, encode_connect, encode_model_request
 from flockwire_mocap.natnet.packets import (
     MODELS_CHANGED,
     Kind,
@@ -109,7 +109,7 @@ class NatNetSession:
         if asked is not None and not self.adjusted and adjustable and self._bitstream.make(now):
             due.append(encode_command("Bitstream,{}.{}".format(*asked)))
         if self._model.made < MODEL_ATTEMPTS and self._model.make(now):
-            due.append(encode(Kind.REQUEST_MODEL))
+            due.append(encode_model_request(masked=self._model.made % 2 == 0))
         return due
 
     def receive(self, datagram: bytes, source: str, now: int) -> TrackerFrame | None:

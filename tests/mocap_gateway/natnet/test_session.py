@@ -68,7 +68,8 @@ def test_it_greets_a_silent_server_again():
 def test_it_asks_for_names_a_few_times_only():
     asking = session()
     sent = [request for now in range(0, 20 * SECOND, SECOND // 10) for request in asking.requests(now)]
-    assert sent.count(MODEL_REQUEST) == 3
+    masked = encode(Kind.REQUEST_MODEL, b"\x02\0\0\0")
+    assert [request for request in sent if request[0] == Kind.REQUEST_MODEL] == [MODEL_REQUEST, masked, MODEL_REQUEST]
 
 
 def test_it_asks_for_names_again_when_the_models_have_changed():
@@ -188,8 +189,9 @@ class Motive:
             self.now += SECOND // 100
             self.number += 1
             for request in self.client.requests(self.now):
-                self.asked += request == MODEL_REQUEST
-                if request == MODEL_REQUEST and answers:
+                is_asked = request[0] == Kind.REQUEST_MODEL
+                self.asked += is_asked
+                if is_asked and answers:
                     model = encode_model([BodyDescription(*one) for one in self.names.items()], (4, 1))
                     self.client.receive(model, SERVER, self.now)
             if streams and not (lost and k == 0):

@@ -2,7 +2,7 @@ from struct import pack
 
 import pytest
 from flockwire.domain.time import SECOND
-from flockwire_mocap.natnet.encoding import encode, encode_command, encode_connect
+from flockwire_mocap.natnet.encoding import encode, encode_command, encode_connect, encode_model_request
 from flockwire_mocap.natnet.packets import Kind, ModelDefinition, Other, Response
 from flockwire_mocap.natnet.parsing import parse
 from flockwire_mocap.natnet.twin import FREQUENCY, LIFETIME, NatNetTwin, TwinOptions
@@ -116,3 +116,10 @@ def test_an_echo_has_the_clients_number_and_the_clock_of_the_frames():
     ticks = (FRAME.transmitted + SECOND) * FREQUENCY // SECOND
     assert answer == encode(Kind.ECHOED, pack("<QQ", 77, ticks))
     assert twin.receive(encode(Kind.ECHO, b"short"), ALICE, now) is None
+
+
+@pytest.mark.parametrize("masked", [False, True])
+def test_names_are_sent_with_and_without_a_mask_of_types(masked):
+    twin = NatNetTwin(TwinOptions((4, 1)), NAMES)
+    model = parse(twin.receive(encode_model_request(masked), ALICE, 0), (4, 1))
+    assert dict(model.bodies) == NAMES
