@@ -17,7 +17,7 @@ from flockwire_mocap.source_clock import SourceClock
 from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, framed
 
 MOST_NAMED = 8  # bodies, or senders, that a count of the status names; the others are one sum
-MOST_SENDERS = 512  # senders whose clocks are followed; beyond that the oldest clock begins again
+MOST_SENDERS = 2048  # senders whose clocks are followed; beyond that the oldest clock begins again
 TWICE, STEPPED = "{} twice in a frame", "steps of the clock of {}"
 
 

@@ -86,8 +86,9 @@ class RosClient:
         seen.update(node.counts - seen)
         source.publishers, domain = node.publishers(), source.table.domain
         source.advice = advice(source.publishers, domain, source.topic, source.ros_types, "gateway.ros.domain to that")
+        hidden = set(source.shown) - self._shown
         for end in source.publishers:
-            if end.domain == domain and end.name in source.shown:
+            if end.domain == domain and end.name in hidden:
                 self._show(node, end)
 
     def _show(self, node: RosNode, end: End) -> None:
