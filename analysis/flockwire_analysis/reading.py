@@ -8,7 +8,7 @@ from flockwire.loading import problems
 from flockwire.swarm.model import Swarm
 from flockwire_recorder.parts import parts
 from flockwire_recorder.records import WholeRecords, messages
-from flockwire_recorder.trace import METADATA
+from flockwire_recorder.trace import COUNT_MASK, METADATA
 from mcap.records import Metadata
 
 from flockwire_analysis.collecting import Collector
@@ -43,7 +43,8 @@ def _read(records: WholeRecords, collector: Collector | None) -> Collector | Non
         raise ValueError(f"{records.path}: is from another swarm than the earlier parts of the trace")
     collector = collector or Collector(swarm, described.metadata)
     for key, message, publisher, record in messages(collector.plan, walk):
-        collector.add(publisher, key, message, record.sequence, record.publish_time, record.log_time)
+        count = record.sequence & COUNT_MASK
+        collector.add(publisher, key, message, count, record.publish_time, record.log_time)
     return collector
 
 

@@ -22,7 +22,7 @@ from mcap.records import Attachment, Channel, Chunk, Header, McapRecord, Message
 from mcap.stream_reader import breakup_chunk
 from mcap.writer import MCAP0_MAGIC
 
-from flockwire_recorder.trace import PUBLISHER
+from flockwire_recorder.trace import COUNT_BITS, PUBLISHER
 
 _HEAD = struct.Struct("<BQ")  # opcode, length of what follows
 _READERS = {
@@ -33,6 +33,7 @@ _READERS = {
     Opcode.ATTACHMENT: Attachment.read,
     Opcode.METADATA: Metadata.read,
 }
+LARGEST_CHUNK = 64 << 20  # bytes without compression: a small file may claim any size
 _DAMAGE = (McapError, ValueError, struct.error, zlib.error, zstandard.ZstdError)
 
 
@@ -50,6 +51,8 @@ class WholeRecords:
         self.path = path
 
     def __iter__(self) -> Iterator[McapRecord]:
+        if self.path.exists() and not self.path.is_file():  # a pipe would be waited for
+            raise ValueError(f"{self.path}: is not an MCAP file")
         with self.path.open("rb") as stream:
             if stream.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
                 raise ValueError(f"{self.path}: is not an MCAP file")
@@ -81,7 +84,29 @@ def _parsed(opcode: int, body: bytes) -> list[McapRecord]:
     if opcode not in _READERS:
         return []
     record = _READERS[Opcode(opcode)](data)
-    return breakup_chunk(record, validate_crc=True) if isinstance(record, Chunk) else [record]
+    return breakup_chunk(_inflated(record), validate_crc=True) if isinstance(record, Chunk) else [record]
+
+
+def _inflated(chunk: Chunk) -> Chunk:
+    """Return a chunk without compression. Raises ValueError or ZstdError for one that is larger than it may be."""
+    if chunk.compression not in ("", "zstd"):
+        raise ValueError(chunk.compression)
+    if chunk.compression:
+        with zstandard.ZstdDecompressor().stream_reader(chunk.data) as stream:
+            chunk.data = stream.read(LARGEST_CHUNK + 1)
+    if len(chunk.data) > LARGEST_CHUNK:
+        raise ValueError(LARGEST_CHUNK)
+    chunk.compression = ""
+    return chunk
+
+
+def publisher_of(record: Metadata) -> tuple[str, int, str] | None:
+    """Return topic, number and id that `trace.about_publisher` wrote, None for another record."""
+    try:
+        about = record.metadata
+        return (about["topic"], int(about["number"]), about["id"]) if record.name == PUBLISHER else None
+    except (KeyError, ValueError):
+        return None
 
 
 def messages(
@@ -92,14 +117,19 @@ def messages(
     The message is None if it cannot be read.
     """
     keys = {f"/{plan.text(key)}": key for key in plan.keys}
-    channels: dict[int, tuple[Key | None, Hashable]] = {}
+    topics: dict[int, str] = {}
+    publishers: dict[tuple[str, int], Hashable] = {}  # by topic and number
     for record in records:
         match record:
-            case Message() if record.channel_id in channels:
-                (key, publisher), message = channels[record.channel_id], None
+            case Message() if record.channel_id in topics:
+                topic, number = topics[record.channel_id], record.sequence >> COUNT_BITS
+                key, message = keys.get(topic), None
                 if key is not None:
                     with contextlib.suppress(MessageError):
                         message = wire.decode(ROWS[key.kind].message, record.data)
-                yield key, message, publisher, record
-            case Channel(metadata=metadata) if PUBLISHER in metadata:
-                channels.setdefault(record.id, (keys.get(record.topic), (record.topic, metadata[PUBLISHER])))
+                yield key, message, (topic, publishers.get((topic, number), number)), record
+            case Channel():
+                topics.setdefault(record.id, record.topic)
+            case Metadata() if (read := publisher_of(record)) is not None:
+                topic, number, identity = read
+                publishers.setdefault((topic, number), identity)

@@ -10,7 +10,8 @@ from mcap.records import Attachment, Channel, Header, McapRecord, Message, Metad
 from mcap.writer import CompressionType, Writer
 
 from flockwire_recorder.parts import parts
-from flockwire_recorder.records import WholeRecords
+from flockwire_recorder.records import WholeRecords, publisher_of
+from flockwire_recorder.trace import COUNT_BITS, METADATA, PUBLISHER, about_publisher
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,30 +38,46 @@ def recover(trace: Path, out: Path) -> Recovered:
         writer = Writer(stream, compression=CompressionType.ZSTD)
         header = first if isinstance(first, Header) else Header("", "")
         writer.start(header.profile, header.library)
-        messages = _copy(writer, walk)
+        numbers: dict[tuple[str, str], int] = {}
+        messages = _copy(writer, walk, numbers)
         for records in files[1:]:  # the metadata are those of the first part
-            messages += _copy(writer, (record for record in records if not isinstance(record, Metadata)))
+            messages += _copy(writer, (one for one in records if not _describes(one)), numbers)
         writer.finish()  # type: ignore[no-untyped-call]
     return Recovered(messages, sum(records.lost_bytes for records in files), all(records.closed for records in files))
 
 
-def _copy(writer: Writer, records: Iterator[McapRecord]) -> int:
+def _describes(record: McapRecord) -> bool:
+    return isinstance(record, Metadata) and record.name == METADATA
+
+
+def _copy(writer: Writer, records: Iterator[McapRecord], numbers: dict[tuple[str, str], int]) -> int:
     """Copy one part to a writer, which renumbers schemas and channels; returns the number of messages.
 
-    A message whose channel was lost is lost with it.
+    A message whose channel was lost is lost with it. Each part numbers the publishers of a topic by itself: `numbers`
+    are those of the copy, by topic and id.
     """
-    messages, schemas, channels = 0, {0: 0}, dict[int, int]()
+    messages, schemas, channels, topics = 0, {0: 0}, dict[int, int](), dict[int, str]()
+    renumbered: dict[tuple[str, int], int] = {}
     for record in records:
         match record:
             case Message(channel_id=old) if old in channels:
-                writer.add_message(channels[old], record.log_time, record.data, record.publish_time, record.sequence)
+                number, count = divmod(record.sequence, 1 << COUNT_BITS)
+                sequence = renumbered.get((topics[old], number), number) << COUNT_BITS | count
+                writer.add_message(channels[old], record.log_time, record.data, record.publish_time, sequence)
                 messages += 1
             case Schema() if record.id not in schemas:
                 schemas[record.id] = writer.register_schema(record.name, record.encoding, record.data)
             case Channel() if record.id not in channels and record.schema_id in schemas:
+                topics[record.id] = record.topic
                 channels[record.id] = writer.register_channel(
                     record.topic, record.message_encoding, schemas[record.schema_id], record.metadata
                 )
+            case Metadata() if (read := publisher_of(record)) is not None:
+                topic, number, identity = read
+                known = sum(1 for named, _ in numbers if named == topic)
+                if (topic, identity) not in numbers:
+                    writer.add_metadata(PUBLISHER, about_publisher(topic, known, identity))
+                renumbered[topic, number] = numbers.setdefault((topic, identity), known)
             case Metadata():
                 writer.add_metadata(record.name, record.metadata)
             case Attachment():

@@ -1,7 +1,8 @@
 """Writes the trace: every message of a swarm, unchanged, into one MCAP file.
 
-Topics are the keys with a leading `/`, one channel for each topic and publisher, schemas are ROS 2 definitions: any ROS
-2 tool reads the file.
+Topics are the keys with a leading `/`, one channel for each, schemas are ROS 2 definitions: any ROS 2 tool reads the
+file. The lower bits of a message's sequence number are its publisher's count, those above them the publisher's number
+among those of the topic; metadata records give each one's id.
 """
 
 from __future__ import annotations
@@ -9,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import json
 import platform
-from collections import Counter
 from collections.abc import Collection
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -28,13 +28,14 @@ from flockwire_recorder.full import TraceFullError
 
 FAULTS = "faults"  # of the metadata
 METADATA = "flockwire"
-PUBLISHER = "publisher"  # in a channel's metadata: publisher of this topic, in hexadecimal
+PUBLISHER = "publisher"  # name of a metadata record: topic, number and, in hexadecimal, id of one
 PROFILE = "ros2"
 CHUNK_SIZE = 256 * 1024  # bytes after which a chunk ends without a flush
 SPOOLED = 64 * 1024  # bytes of the index in memory before they go to a file beside the trace
-MOST_PUBLISHERS = 64  # publishers of one topic with their own channel; all others share one
+MOST_PUBLISHERS = 63  # publishers of one topic with their own number; all others share one
 OTHERS = b"others".ljust(16, b"\0")
-SEQUENCE_MASK = 0xFFFF_FFFF  # MCAP keeps 32 bits of a sequence number
+COUNT_BITS = 26  # of the 32 bits of a sequence number: a week at 100 Hz
+COUNT_MASK = (1 << COUNT_BITS) - 1
 
 
 def describe(
@@ -58,6 +59,11 @@ def describe(
     }
 
 
+def about_publisher(topic: str, number: int, identity: str) -> dict[str, str]:
+    """Return the metadata of the publisher of a topic that has this number in sequence numbers."""
+    return {"topic": topic, "number": str(number), "id": identity}
+
+
 class TraceWriter:
     """Writes messages to the MCAP file `path`; `metadata` is the result of `describe`.
 
@@ -73,8 +79,8 @@ class TraceWriter:
         self._path = path
         self._failed = False
         self._schemas: dict[str, int] = {}
-        self._channels: dict[tuple[str, bytes], int] = {}
-        self._publishers: Counter[str] = Counter()
+        self._channels: dict[str, int] = {}
+        self._publishers: dict[str, dict[bytes, int]] = {}  # number of each, by topic
         self._stream = path.open("wb")
         self._spool = SpooledTemporaryFile(SPOOLED, dir=str(path.parent))  # noqa: SIM115  (closed with the trace)
         self._writer = ChunkedWriter(self._stream, self._spool, CHUNK_SIZE)
@@ -103,13 +109,15 @@ class TraceWriter:
         if self._failed:
             self.dropped += 1
             return
-        channel = self._channels.get((topic, publisher))
+        channel = self._channels.get(topic)
         if channel is None:
-            if self._publishers[topic] >= MOST_PUBLISHERS:
-                publisher = OTHERS
-            channel = self._channels.get((topic, publisher)) or self._register(topic, ros_type, publisher)
+            channel = self._channels[topic] = self._register(topic, ros_type)
         try:
-            self._writer.add_message(channel, max(0, log_time), payload, max(0, publish_time), sequence & SEQUENCE_MASK)
+            number = self._publishers[topic].get(publisher)
+            if number is None:
+                number = self._number(topic, publisher)
+            count = number << COUNT_BITS | sequence & COUNT_MASK
+            self._writer.add_message(channel, max(0, log_time), payload, max(0, publish_time), count)
         except OSError as error:
             self.dropped += 1
             raise self._failure(error) from error
@@ -135,15 +143,23 @@ class TraceWriter:
         except OSError as error:
             raise self._failure(error) from error
 
-    def _register(self, topic: str, ros_type: str, publisher: bytes) -> int:
+    def _register(self, topic: str, ros_type: str) -> int:
         schema = self._schemas.get(ros_type)
         if schema is None:
             schema = self._writer.register_schema(ros_type, "ros2msg", schema_text(ros_type).encode())
             self._schemas[ros_type] = schema
-        channel = self._writer.register_channel(topic, "cdr", schema, {PUBLISHER: publisher.hex()})
-        self._channels[topic, publisher] = channel
-        self._publishers[topic] += 1
-        return channel
+        self._publishers[topic] = {}
+        return self._writer.register_channel(topic, "cdr", schema, {})
+
+    def _number(self, topic: str, publisher: bytes) -> int:
+        """Return the number of a publisher that is new to its topic."""
+        numbers = self._publishers[topic]
+        if len(numbers) >= MOST_PUBLISHERS:
+            publisher = OTHERS
+        if publisher not in numbers:
+            numbers[publisher] = len(numbers)
+            self._writer.add_metadata(PUBLISHER, about_publisher(topic, numbers[publisher], publisher.hex()))
+        return numbers[publisher]
 
     def _failure(self, error: OSError) -> TraceFullError:
         self._failed = True

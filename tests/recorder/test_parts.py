@@ -78,7 +78,7 @@ def test_all_parts_are_recovered_into_one(tmp_path, swarm_of):
     trace = read_trace(whole)
     assert (trace.recorded, trace.lost, trace.closed) == (190, 10, True)
     with whole.open("rb") as stream:
-        assert len(list(make_reader(stream).iter_metadata())) == 1
+        assert [one.name for one in make_reader(stream).iter_metadata()] == ["flockwire", "publisher"]
 
 
 def test_a_recorder_restarted_continues_with_its_own_flight_alone(tmp_path, swarm_of):
@@ -132,3 +132,16 @@ def test_a_recorder_killed_and_restarted_continues_in_its_folder(tmp_path):
     assert recording.value > 0.2  # s: the recorder's start takes longer than any pause of its messages
     assert recording.ok == (recording.value <= recording.limit)
     json.dumps(recording.as_json())
+
+
+def test_a_process_that_restarted_while_nothing_was_recorded_is_another_publisher_of_the_whole(tmp_path, swarm_of):
+    for name, publisher, sequences in (("trace", b"a", range(300, 310)), ("trace-2", b"b", range(10))):
+        writer = TraceWriter(tmp_path / f"{name}.mcap", describe(swarm_of(), "", 0, T0))
+        for k in sequences:
+            payload = encode(Pose(T0 + k, "world", (0.0, 0.0, 1.0)))
+            writer.write("/paper/uav1/pose", POSE, publisher * 16, k, T0 + k, T0 + k, payload)
+        writer.close()
+    assert recover(tmp_path / "trace.mcap", tmp_path / "whole.mcap") == Recovered(20, 0, True)
+    for path in ("trace.mcap", "whole.mcap"):
+        trace = read_trace(tmp_path / path)
+        assert (trace.recorded, trace.lost) == (20, 0)

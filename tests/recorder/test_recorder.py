@@ -3,6 +3,7 @@
 import asyncio
 from contextlib import nullcontext
 from errno import ENOSPC
+from itertools import pairwise
 
 import pytest
 from buffered_session import T0, BufferedSession
@@ -16,7 +17,7 @@ from flockwire.runtime.job import Job, serve
 from flockwire.runtime.publishing import Publishing
 from flockwire.wire.batch import MOST, Batch, Entry, decode_batch
 from flockwire.wire.codec import decode, encode
-from flockwire.wire.inbox import ATTACHMENT, BURST, attachment
+from flockwire.wire.inbox import ATTACHMENT, BURST
 from flockwire.wire.keys import BATCH, ROWS, Key
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Status
@@ -90,9 +91,11 @@ def test_a_full_disk_shows_in_the_status_and_ends_with_a_sentence(recording, sma
     for k in range(0, 4000, 20):
         session.put_batched("gateway", *((POSE, pose(T0 + n, n * 0.1, n**0.5), n, T0) for n in range(k, k + 20)))
         recorder.tick(0, 0)
-    session.statuses.clear()
-    asyncio.run(asyncio.sleep(0.15))
-    recorder.tick(0, 0)
+    for ticks in (process.FLUSH_EVERY, 1):  # what is held back is written, then the status is due
+        session.statuses.clear()
+        asyncio.run(asyncio.sleep(0.15))
+        for _ in range(ticks):
+            recorder.tick(0, 0)
     status = session.statuses[-1]
     assert (status.report.phase, status.report.detail) == ("full", "the trace takes no more: File too large")
     assert dict(status.rejected) == {"not recorded": trace.dropped}
@@ -178,10 +181,25 @@ def test_the_messages_in_a_batch_are_recorded_as_if_each_had_come_alone(recordin
     assert [(m.sequence, m.publish_time, m.log_time, m.data) for m in poses] == [
         (k, at, at, pose(at)) for k, at in enumerate(sent)
     ]
-    assert {channel.metadata["publisher"] for channel, _ in read} == {
-        attachment(0, 0, b"p" * 16, key)[-16:].hex() for key in (POSE, STATUS)
-    }
     assert [m.publish_time for _, m in read] == sorted(m.publish_time for _, m in read)
+
+
+def test_a_recording_has_few_chunks_that_follow_each_other(recording, tmp_path, monkeypatch):
+    """Ten seconds at 50 ticks per s; each message of a pose comes at once, each of a command in a batch 0.1 s later."""
+    recorder, session, _ = recording
+    command = Key("command", "uav1")
+    for k in range(500):
+        now = T0 + k * SECOND // 50
+        monkeypatch.setattr(process.clock, "now", lambda now=now: now)
+        session.put_batched("gateway", (POSE, pose(now), k, now))
+        if k >= 5:
+            session.put_batched("uav1", (command, pose(now), k, now - SECOND // 10))
+        recorder.tick(0, 0)
+    recorder.close()
+    with (tmp_path / "trace.mcap").open("rb") as stream:
+        chunks = make_reader(stream).get_summary().chunk_indexes
+    assert 20 < len(chunks) < 50
+    assert all(one.message_end_time <= following.message_start_time for one, following in pairwise(chunks))
 
 
 def test_what_a_process_may_not_publish_is_not_recorded_from_its_batch(recording):
@@ -190,7 +208,7 @@ def test_what_a_process_may_not_publish_is_not_recorded_from_its_batch(recording
     session.put_batched("uav1", (command, pose(T0), 0, T0), (POSE, pose(T0), 0, T0))
     session.put_batched("uav1", (estimate, b"x" * 600, 0, T0), (command, pose(T0), 0, T0))
     session.put(Key("batch", "uav1"), b"\x00\x01\x00\x00junk", 9)
-    recorder.tick(0, 0)
+    recorder.drain(T0)
     assert trace.written == 1
     assert dict(recorder._rejected) == {
         "paper/uav1/batch of another key": 1,

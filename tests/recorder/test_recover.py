@@ -1,12 +1,18 @@
 """A trace that was cut off anywhere can be read, and made whole."""
 
+import os
+import tracemalloc
+
 import pytest
+import zstandard
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.summary import summarise
-from flockwire_recorder.records import WholeRecords
+from flockwire_recorder.records import LARGEST_CHUNK, WholeRecords
 from flockwire_recorder.recover import Recovered, recover
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.records import Chunk, Message
 from rosbags.highlevel import AnyReader
@@ -32,7 +38,7 @@ def work(tmp_path_factory):
 def messages(path):
     with path.open("rb") as stream:
         return [
-            (channel.topic, channel.metadata["publisher"], m.sequence, m.log_time, m.publish_time, m.data)
+            (channel.topic, m.sequence, m.log_time, m.publish_time, m.data)
             for _, channel, m in make_reader(stream, validate_crcs=True).iter_messages(log_time_order=False)
         ]
 
@@ -110,3 +116,28 @@ def test_records_in_chunks_come_out_singly(whole):
     kinds = [type(record) for record in WholeRecords(whole)]
     assert Message in kinds
     assert Chunk not in kinds
+
+
+def test_a_chunk_that_grows_without_bound_is_left_out(whole, work):
+    """A chunk of some kilobytes says that it has 20 GB."""
+    kept, bomb = whole.read_bytes(), zstandard.compress(bytes(LARGEST_CHUNK + 1))
+    chunk = Chunk("zstd", bomb, 1, 0, 0, 20_000_000_000)
+    builder = RecordBuilder()
+    chunk.write(builder)
+    record = builder.end()
+    hostile = work / "bomb.mcap"
+    header = kept.index(b"\x28\xb5\x2f\xfd") - 53  # where the first chunk begins
+    assert kept[header] == Opcode.CHUNK
+    hostile.write_bytes(kept[:header] + record + kept[header:])
+    tracemalloc.start()
+    recovered = recover(hostile, work / "rest.mcap")
+    assert tracemalloc.get_traced_memory()[1] < 3 * LARGEST_CHUNK
+    tracemalloc.stop()
+    assert (recovered.messages, recovered.closed) == (len(messages(whole)), True)
+    assert recovered.lost_bytes == len(record)
+
+
+def test_what_is_no_file_is_refused_at_once(work):
+    os.mkfifo(work / "pipe.mcap")
+    with pytest.raises(ValueError, match=r"pipe\.mcap: is not an MCAP file"):
+        read_trace(work / "pipe.mcap")

@@ -13,7 +13,7 @@ from flockwire.domain.pose import Pose
 from flockwire.wire.codec import encode
 from flockwire_analysis.reading import read_trace
 from flockwire_recorder.full import TraceFullError
-from flockwire_recorder.trace import TraceWriter
+from flockwire_recorder.trace import COUNT_BITS, TraceWriter
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
@@ -36,13 +36,17 @@ def test_mcap_reads_back_what_was_written(tmp_path):
     with path.open("rb") as stream:
         reader = make_reader(stream, validate_crcs=True)
         assert reader.get_header().profile == "ros2"
-        assert [(record.name, record.metadata) for record in reader.iter_metadata()] == [("flockwire", {"seed": "7"})]
+        assert [(record.name, record.metadata) for record in reader.iter_metadata()] == [
+            ("flockwire", {"seed": "7"}),
+            ("publisher", {"topic": "/paper/uav1/pose", "number": "0", "id": "01" * 16}),
+            ("publisher", {"topic": "/paper/uav1/pose", "number": "1", "id": "02" * 16}),
+        ]
         rows = list(reader.iter_messages())
     assert [row[2].data for row in rows] == [PAYLOAD] * 4
     assert [(row[2].sequence, row[2].log_time, row[2].publish_time) for row in rows] == [
-        (0, 1000, 900), (1, 1001, 901), (2, 1002, 902), (5, 2000, 0),
+        (0, 1000, 900), (1, 1001, 901), (2, 1002, 902), (1 << COUNT_BITS | 5, 2000, 0),
     ]  # fmt: skip
-    assert [row[1].metadata["publisher"] for row in rows] == ["01" * 16] * 3 + ["02" * 16]
+    assert len({row[1].id for row in rows}) == 1  # whoever reads a topic reads one channel
     assert {(row[0].name, row[0].encoding, row[1].message_encoding) for row in rows} == {(POSE, "ros2msg", "cdr")}
     assert writer.written == 4
 
@@ -71,7 +75,7 @@ from pathlib import Path
 import recorded_flights
 from flockwire.domain.pose import Pose
 from flockwire.wire.codec import encode
-from flockwire_recorder.trace import TraceWriter, describe
+from flockwire_recorder.trace import COUNT_BITS, TraceWriter, describe
 writer = TraceWriter(Path(sys.argv[1]), describe(recorded_flights.swarm_of(), "", 0, 0))
 payload, k = encode(Pose(1, "world", (1.0, 2.0, 3.0))), 0
 while True:
