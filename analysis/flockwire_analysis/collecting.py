@@ -10,6 +10,7 @@ from pathlib import Path
 
 from flockwire.domain.bids import Bids, held_place
 from flockwire.domain.order import Mission, Stop, Version
+from flockwire.domain.time import SECOND
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import ROWS, Key
@@ -20,6 +21,10 @@ from flockwire_recorder.trace import count_lost, published_at
 from flockwire_analysis.observed import Observed, Shown, append_change, keep, observed, shown
 from flockwire_analysis.recorded import Held, ProcessRecord, StateChange, Trace, is_repeated
 from flockwire_analysis.series import Columns, Movers, Signal
+
+DAY = 86_400 * SECOND  # ns
+FOREVER = 1 << 62  # ns
+FOLLOWED = 20  # messages in succession that show that the clock was set by more than a day
 
 
 @dataclass(slots=True)
@@ -62,8 +67,8 @@ class Collector:
         self._shown: dict[str, list[Shown]] = {}
         self._failed_laws: dict[str, None] = {}
         self._contradictions: dict[str, None] = {}
-        self._begin = self._end = 0
-        self._recorded = self._malformed = 0
+        self._begin = self._end = self._newest = 0
+        self._recorded = self._malformed = self._strays = 0
 
     def add(
         self, channel: Hashable, key: Key | None, message: Message | None, sequence: int, published: int, logged: int
@@ -73,12 +78,13 @@ class Collector:
         `channel` identifies key and publisher, `sequence` is the publisher's count. `published` (claimed by the
         publisher) and `logged` are Unix times in ns.
         """
+        self._recorded += 1
+        logged = self._log_time(logged)
         publisher = self._publishers.get(channel)
         if publisher is None:
             repeated, rate = (is_repeated(key.kind), ROWS[key.kind].rate) if key is not None else (False, 0)
             judged = key is None or key in self.plan.judged
             publisher = self._publishers[channel] = _Publisher(repeated, judged, rate, logged)
-        self._recorded += 1
         self._begin = min(self._begin or logged, logged)
         self._end = max(self._end, logged)
         publisher.sequences.append(sequence)
@@ -102,6 +108,19 @@ class Collector:
         if columns is None:
             columns = self._columns[key] = Columns(key.kind)
         columns.add(message, published_at(published, logged), logged, sequence)
+
+    def _log_time(self, claimed: int) -> int:
+        """Return `claimed`, or the last log time if it is a day away from that and few others are with it."""
+        if claimed <= FOREVER and (not self._newest or abs(claimed - self._newest) <= DAY):
+            self._newest, self._strays = claimed, 0
+            return claimed
+        self._malformed += 1
+        self._strays += claimed <= FOREVER
+        if self._strays >= FOLLOWED:
+            if self._recorded < 2 * FOLLOWED:  # the first ones were the strays
+                self._begin = self._end = claimed
+            self._newest = claimed
+        return self._newest
 
     def _take_bids(self, number: int, message: Bids) -> None:
         if len(message.bids) != len(self._numbers):

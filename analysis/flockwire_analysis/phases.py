@@ -54,11 +54,12 @@ class FormationPhase:
 
 
 def airborne(trace: Trace) -> Span:
-    """Return the span of the flights: from the first order (else the trace's start) to the trace's end, or to a stop.
+    """Return the span of the flights in the trace: from the first order (else its start) to its end, or to a stop.
 
     After an emergency stop drones fall, which is not judged.
     """
     begin = min((mission.stamp for mission in trace.missions if mission.verb != "land"), default=trace.begin)
+    begin = max(begin, trace.begin)
     return Span(begin, _end(trace, begin))
 
 
@@ -75,7 +76,7 @@ def _spans(trace: Trace) -> list[tuple[Mission, Span]]:
     """Return each start order with its phase."""
     found = []
     for mission, following in zip_longest(trace.missions, trace.missions[1:]):
-        begin = max(mission.start, mission.stamp)
+        begin = max(mission.start, mission.stamp, trace.begin)
         end = _end(trace, mission.stamp)
         if following is not None:
             end = min(end, following.stamp)

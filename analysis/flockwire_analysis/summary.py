@@ -215,7 +215,7 @@ class _Lacking:
         sentences = {
             "the trace was not closed: its recorder did not end properly": not trace.closed,
             f"{trace.lost_bytes} bytes of the trace are incomplete": trace.lost_bytes,
-            f"{trace.malformed} messages could not be decoded": trace.malformed,
+            f"{trace.malformed} messages are malformed, or of another day": trace.malformed,
             (beside := gaps.beside(trace)): beside,
             self.formation: self.formation,
             self.places: self.places,

@@ -50,6 +50,19 @@ def test_series_stand_in_the_order_of_stamps(writer, tmp_path):
     assert trace.metadata["toml"] == "text"
 
 
+@pytest.mark.parametrize("wrong", [1, T0 + 400 * 86_400 * SECOND, 2**63 - 1])
+def test_a_wrong_log_time_is_a_malformed_message_and_not_another_year(writer, tmp_path, wrong):
+    for k in range(200):
+        at = wrong if k in (0, 100, 198) else T0 + k
+        writer.write("/paper/uav1/pose", "geometry_msgs/msg/PoseStamped", b"a", k, at, T0 + k, pose(T0 + k, 0.0))
+    writer.close()
+    trace = read_trace(tmp_path / "a.mcap")
+    assert T0 <= trace.begin <= trace.end == T0 + 199
+    assert trace.recorded == 200
+    assert 3 <= trace.malformed < 30
+    assert (len(trace.of("pose", 1)), trace.lost) == (200, 0)
+
+
 def test_gaps_are_counted_for_each_publisher(writer, tmp_path):
     for publisher, sequences in ((b"a", (7, 8, 11, 11)), (b"b", (0, 2))):
         for sequence in sequences:
