@@ -6,7 +6,8 @@ import sys
 from enum import StrEnum
 from ipaddress import IPv4Network
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
+from zipfile import BadZipFile
 
 import typer
 from flockwire_station.folders import keys_folder, renew_keys
@@ -14,6 +15,9 @@ from flockwire_station.initial import write_swarm
 
 from flockwire_cli.arguments import Keys, SwarmFile
 from flockwire_cli.inputs import load, refuse, refused
+
+if TYPE_CHECKING:
+    from flockwire_station.conversion import Track
 
 app = typer.Typer()
 
@@ -42,6 +46,38 @@ def init(
     print(
         f"flockwire: {file}: {drones} drones; next: flockwire check {file}, flockwire sim {file}, flockwire up {file}"
     )
+
+
+@app.command()
+def convert(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Trajectories, one drone or one show each.")],
+    out: Annotated[Path, typer.Option(help="The key frames to write.")] = Path("frames.csv"),
+    rate: Annotated[float, typer.Option(min=0.1, max=100.0, help="Key frames per second, at most.")] = 10.0,
+    leader: Annotated[bool, typer.Option("--leader", help="Write the path of the leader instead.")] = False,
+) -> None:
+    """Write key frames from trajectories of Crazyswarm (CSV), Skybrush (.skyc, CSV) or in TUM's format."""
+    from flockwire_station.conversion import key_frames, tracks  # noqa: PLC0415
+
+    found: list[Track] = []
+    for file in files:
+        try:
+            found += tracks(file, rate)
+        except (OSError, ValueError, RecursionError, BadZipFile) as error:
+            reason = error.strerror if isinstance(error, OSError) else error
+            refuse(f"FILE = {file}: {reason or 'cannot be read'}")
+    if leader and len(found) != 1:
+        refuse(f"--leader: one trajectory is the leader's, there are {len(found)}")
+    if out.exists():
+        refuse(f"--out = {out}: exists; name a new one")
+    try:
+        out.write_text(key_frames(found, found[0][0][1] if leader else (0.0, 0.0, 0.0)), encoding="utf-8")
+    except OSError as error:
+        refuse(f"--out = {out}: cannot write there: {error.strerror}")
+    frames = f'kind = "key_frames"\nfile = "{out.name}"'
+    still = '[leader]   # a point that stands still, from which places count\nkind = "virtual"\nstart = [0.0, 0.0, 0.0]'
+    still += '\n[leader.trajectory]\nkind = "constant"\nvelocity = [0.0, 0.0, 0.0]'
+    print(f"flockwire: {out}: {len(found)} drones, {max(track[-1][0] for track in found):.1f} s; in the swarm file:\n")
+    print(f"[leader.trajectory]\n{frames}" if leader else f"[formation]\n{frames}\n{still}")
 
 
 @app.command()

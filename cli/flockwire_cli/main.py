@@ -15,7 +15,7 @@ from flockwire_cli.arguments import application
 from flockwire_cli.entry import print_version
 
 SECTIONS = {
-    "A swarm": ("init", "check", "keys", "deploy"),
+    "A swarm": ("init", "check", "convert", "keys", "deploy"),
     "Flights": ("up", "sim", "study", "conduct", "status", "console", "teleop"),
     "Orders in flight": ("start", "formation", "hold", "land", "stop"),
     "Traces of flights": ("report", "view", "animate", "compare", "export", "recover"),

@@ -61,10 +61,17 @@ def load_table(path: Path) -> dict[str, object]:
     table = read_toml(path, "swarm file", SwarmFileError)
     if isinstance(control := table.get("control"), dict) and ":" in str(control.get("law")):
         table.setdefault("folder", str(path.absolute().parent))
-    for name, formation in [("formation", table.get("formation")), *_tables(table, "formations")]:
-        if isinstance(formation, dict) and formation.get("kind") == "key_frames" and "file" in formation:
-            formation["frames"] = _read_key_frames(path, name, str(formation["file"]))
+    for name, framed in framed_tables(table):
+        framed["frames"] = _read_key_frames(path, name, str(framed["file"]))
     return table
+
+
+def framed_tables(table: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the tables of a swarm file that name a file of key frames, each with its key."""
+    leading = [("leader.trajectory", inner) for key, inner in _tables(table, "leader") if key == "leader.trajectory"]
+    for key, inner in [("formation", table.get("formation")), *_tables(table, "formations"), *leading]:
+        if isinstance(inner, dict) and inner.get("kind") == "key_frames" and "file" in inner:
+            yield key, inner
 
 
 def parse_swarm(table: dict[str, object], origin: str) -> Swarm:

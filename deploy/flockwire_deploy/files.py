@@ -119,7 +119,8 @@ def _named(swarm: Swarm) -> Iterator[tuple[str, str]]:
     if (law := law_file(swarm)) is not None:
         module = swarm.control.law.rpartition(":")[0]
         yield "control.law", module if module.endswith(".py") else law.relative_to(swarm.folder).as_posix()
-    tables = {"formation": swarm.formation, **{f"formations.{name}": each for name, each in swarm.formations.items()}}
+    formations = {f"formations.{name}": each for name, each in swarm.formations.items()}
+    tables = {"formation": swarm.formation, **formations, "leader.trajectory": swarm.leader.trajectory}
     for key, table in tables.items():
         name = getattr(table, "file", None)
         if name is not None:

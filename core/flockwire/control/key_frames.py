@@ -4,6 +4,7 @@ import csv
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from math import isfinite
 
 from flockwire.domain.frozen import Frozen
@@ -64,6 +65,7 @@ class KeyFrames(Frozen):
         return _blend(times, points, k, (-end, end, (1.0 - s) * (1.0 - 3.0 * s), s * (3.0 * s - 2.0)))
 
 
+@lru_cache(maxsize=8)
 def parse_key_frames(text: str) -> KeyFrames:
     """Read key frames from CSV with the header `t,drone,x,y,z`: s, follower's rank from 1, m, m, m.
 

@@ -9,8 +9,11 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from math import cos, sin
 
+from flockwire.control.key_frames import KeyFrames
 from flockwire.domain.frozen import Frozen
 from flockwire.domain.vector import ZERO, Vector, add, distance, norm, scale, subtract
+
+LOOKS = 6  # parts of a span of key frames, between which its speed is looked at
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,4 +108,25 @@ class Waypoints(Frozen):
         return begin, (self.points[-1] if not self.loop else ZERO), ZERO
 
 
-Trajectory = Constant | Circling | Waypoints
+@dataclass(frozen=True, slots=True)
+class Timed(Frozen):
+    """The path of the first rank of `frames`, at its times."""
+
+    frames: KeyFrames
+    fastest: float = field(init=False)  # m/s, the highest |u_0|
+
+    def __post_init__(self) -> None:
+        spans = pairwise(self.frames.times[0])
+        looks = [begin + k * (end - begin) / LOOKS for begin, end in spans for k in range(1, LOOKS)]
+        object.__setattr__(self, "fastest", max([norm(self.rate(t)) for t in looks], default=0.0))
+
+    def position(self, t: float) -> Vector:
+        """Return the displacement from the start, m, world frame, at mission time t, s."""
+        return subtract(self.frames.offset(0, max(t, 0.0)), self.frames.offset(0, 0.0))
+
+    def rate(self, t: float) -> Vector:
+        """Return u_0, m/s, world frame."""
+        return self.frames.offset_rate(0, t) if t > 0.0 else ZERO
+
+
+Trajectory = Constant | Circling | Waypoints | Timed

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from functools import lru_cache
+from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, model_validator
 
-from flockwire.control.trajectory import Circling, Constant, Trajectory, Waypoints
+from flockwire.control.key_frames import parse_key_frames
+from flockwire.control.trajectory import Circling, Constant, Timed, Trajectory, Waypoints
 from flockwire.swarm.ros import absolute_name
 from flockwire.swarm.tables import Finite, Model, Point, Positive
 from flockwire.swarm.wording import Takes
@@ -48,6 +50,31 @@ class WaypointsTrajectory(Model):
         return Waypoints(self.points, self.speed, self.loop)
 
 
+class KeyFramesTrajectory(Model):
+    """The leader flies a path with times from a CSV file `t,drone,x,y,z` of one drone, relative to its first point."""
+
+    kind: Literal["key_frames"]  # by a CSV file `t,drone,x,y,z`
+    file: str  # its path, from the swarm file's folder
+    frames: Annotated[str, Field(repr=False)] = ""
+
+    @model_validator(mode="after")
+    def _of_one(self) -> Self:
+        """Refuse a file that has not the path of one drone."""
+        if self.frames and (count := parse_key_frames(self.frames).count) != 1:
+            raise ValueError(f"{self.file} has offsets for {count} drones, must have the path of one")
+        return self
+
+    def build(self) -> Trajectory:
+        """Return the trajectory."""
+        return timed(self.frames)
+
+
+@lru_cache(maxsize=8)
+def timed(frames: str) -> Timed:
+    """Return the trajectory of key frames' text; raises ValueError."""
+    return Timed(parse_key_frames(frames))
+
+
 class RosLeader(Model):
     """The ROS 2 topic that the leader follows: a velocity, or a place (docs/ros.md)."""
 
@@ -61,9 +88,9 @@ class Leader(Model):
     kind: Literal["trajectory", "teleoperated", "tracked", "virtual", "ros"] = (
         "trajectory"  # kind of leader, see docs/leaders.md
     )
-    trajectory: Annotated[ConstantVelocity | CirclingTrajectory | WaypointsTrajectory, Field(discriminator="kind")] = (
-        CirclingTrajectory(kind="circle")  # its path in the formation phase; a simulated person walks it
-    )
+    trajectory: Annotated[
+        ConstantVelocity | CirclingTrajectory | WaypointsTrajectory | KeyFramesTrajectory, Field(discriminator="kind")
+    ] = CirclingTrajectory(kind="circle")  # its path in the formation phase; a simulated person walks it
     input_bound: Positive = 0.1  # m/s, |u_0| per axis: unknown to the followers, used in Lemma 3
     tracking_gain: Positive = 2.0  # 1/s, of the leader's own position loop
     start: Point = (0.0, 0.0, 1.0)  # m, of a virtual leader

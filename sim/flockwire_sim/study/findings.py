@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import asdict, dataclass
 from math import ceil, inf, isfinite
 from pathlib import Path
 from typing import Any
 
 import tomli_w
+from flockwire.loading import framed_tables
 from flockwire.swarm.model import Swarm
 from pydantic import JsonValue
 from scipy.stats import binomtest
@@ -180,11 +182,10 @@ def write_flight(table: Table, faults: Table | None, stem: Path) -> tuple[Path, 
 def _without_frames(table: Table) -> Table:
     """Remove the text of key frames: the swarm file names their file; and the folder of a law that needs none."""
     own = ":" in str(table.get("control", {}).get("law", ""))
-    formations = table.get("formations", {})
-    bare = {key: {k: v for k, v in table[key].items() if k != "frames"} for key in ("formation",) if key in table}
-    named = {name: {k: v for k, v in one.items() if k != "frames"} for name, one in formations.items()}
-    kept = {key: value for key, value in table.items() if key != "folder" or own}
-    return {**kept, **bare, **({"formations": named} if formations else {})}
+    bare = deepcopy({key: value for key, value in table.items() if key != "folder" or own})
+    for _, framed in framed_tables(bare):
+        framed.pop("frames", None)
+    return bare
 
 
 UNKNOWN = "\N{EN DASH}"

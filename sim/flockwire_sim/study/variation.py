@@ -10,7 +10,7 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from flockwire.loading import SwarmFileError, load_table, parse_swarm
+from flockwire.loading import SwarmFileError, framed_tables, load_table, parse_swarm
 from flockwire.process.fault_file import FaultFileError, parse_faults
 from flockwire.process.faults import Fault
 from flockwire.swarm.model import Swarm
@@ -53,9 +53,8 @@ def swarm_table(path: Path) -> Table:
     """
     table: Table = load_table(path)
     table.setdefault("folder", str(path.absolute().parent))
-    for formation in (table.get("formation"), *dict(table.get("formations", {})).values()):
-        if isinstance(formation, dict) and "frames" in formation:
-            formation["file"] = str((path.parent / str(formation["file"])).resolve())
+    for _, framed in framed_tables(table):
+        framed["file"] = str((path.parent / str(framed["file"])).resolve())
     return table
 
 
