@@ -94,6 +94,8 @@ def page(trace: Trace, summary: Summary, pictures: Sequence[Picture], probe: dic
 def _subtitle(trace: Trace, summary: Summary) -> str:
     drones = f"{summary.drones} drone{'s' if summary.drones != 1 else ''}"
     started = trace.metadata.get("started", "").replace("T", " ").replace("+00:00", " UTC")
+    if trace.metadata.get("world") == "virtual":  # its date means nothing
+        started = f"virtual time, seed {trace.metadata['seed']}"
     return " · ".join(part for part in (drones, f"{summary.duration_s:.1f} s recorded", started) if part)
 
 

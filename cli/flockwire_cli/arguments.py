@@ -20,6 +20,9 @@ FaultsFile = Annotated[Path | None, typer.Option(help="The faults to inject (TOM
 Without = Annotated[
     list[int] | None, typer.Option(metavar="ID", help="A drone to leave on the ground; may be repeated.")
 ]
+Verbose = Annotated[
+    bool, typer.Option("--verbose", help="Print all figures and checks, and obstacles that followers fly around.")
+]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON (docs/scripting.md has its keys).")]
 Number = Annotated[int, typer.Argument(metavar="ID", help="The drone's id.")]
 

@@ -16,7 +16,7 @@ from flockwire.swarm.model import Swarm
 from flockwire.wire.plan import Plan
 from flockwire_station.folders import keys_folder, warn_of
 
-from flockwire_cli.arguments import AsJson, FaultsFile, Keys, SwarmFile, Without, left_out
+from flockwire_cli.arguments import AsJson, FaultsFile, Keys, SwarmFile, Verbose, Without, left_out
 from flockwire_cli.inputs import (
     faults_of,
     load,
@@ -87,6 +87,7 @@ def up(
     host: Annotated[str | None, typer.Option(help="This host's name in [hosts] [the first].")] = None,
     faults: FaultsFile = None,
     without: Without = None,
+    verbose: Verbose = False,
 ) -> None:
     """Start all processes of this host, fly, land, report."""
     from flockwire_station.fault_injection import refusal  # noqa: PLC0415
@@ -108,10 +109,10 @@ def up(
     folder = out or Path("runs") / f"{loaded.name}-{clock.local():%Y%m%d-%H%M%S}"
     refuse_a_second_trace(folder)
     flying = Host(plan, swarm, here, folder, made_keys(swarm, plan, keys, here), faults)
-    _predict(loaded, duration)
+    _predict(loaded, duration, verbose)
     with refused(folder), unblocked():
         failure = asyncio.run(fly(flying, duration, headless, wrong, absent))
-    raise typer.Exit(conclude(failure, folder, flying.conducts))
+    raise typer.Exit(conclude(failure, folder, flying.conducts, verbose))
 
 
 @app.command()
@@ -123,6 +124,7 @@ def conduct(
     ] = None,
     headless: Annotated[bool, typer.Option("--headless", help="No live table.")] = False,
     keys: Keys = None,
+    verbose: Verbose = False,
 ) -> None:
     """Fly a swarm whose processes already run (containers, services): take off, formation, land, report."""
     from flockwire_recorder.parts import newest_folder  # noqa: PLC0415
@@ -138,7 +140,7 @@ def conduct(
     folder = newest_folder(out) if out is not None else None
     if folder is None:
         raise typer.Exit(verdict(filter(None, (failure, "there is no trace" if out is not None else ""))))
-    raise typer.Exit(conclude(failure, folder))
+    raise typer.Exit(conclude(failure, folder, verbose=verbose))
 
 
 @app.command()
@@ -150,6 +152,7 @@ def sim(
     faults: FaultsFile = None,
     no_trace: Annotated[bool, typer.Option("--no-trace", help="Print the figures only; write no files.")] = False,
     without: Without = None,
+    verbose: Verbose = False,
 ) -> None:
     """Fly the same swarm in virtual time, many times faster; report."""
     from flockwire_sim.fault_injection import refusal  # noqa: PLC0415
@@ -163,16 +166,16 @@ def sim(
     if cannot := refusal(wrong, plan):
         refuse("\n".join(f"{faults}: {line}" for line in cannot.split("\n")))
     absent = left_out(plan, without)
-    _predict(loaded, duration)
+    _predict(loaded, duration, verbose)
     flight = Flight(loaded, seed, duration, wrong, absent)
     if no_trace:
         if out is not None:
             refuse(f"--out = {out}: with --no-trace nothing is written")
-        raise typer.Exit(simulate(flight))
+        raise typer.Exit(simulate(flight, verbose=verbose))
     folder = out or Path("runs") / f"{loaded.name}-sim-{seed}-{clock.local():%Y%m%d-%H%M%S}"
     refuse_a_second_trace(folder)
     with refused(folder):
-        raise typer.Exit(simulate(flight, folder, swarm.read_text(encoding="utf-8")))
+        raise typer.Exit(simulate(flight, folder, swarm.read_text(encoding="utf-8"), verbose))
 
 
 @app.command()
@@ -268,9 +271,9 @@ def probe(
         raise typer.Exit(1)
 
 
-def _predict(swarm: Swarm, duration: float) -> None:
+def _predict(swarm: Swarm, duration: float, verbose: bool) -> None:
     """Print the predicted problems of a flight of `duration` s (0: without an end)."""
     from flockwire_station.prediction import predicted  # noqa: PLC0415
 
-    for line in predicted(swarm, duration):
+    for line in predicted(swarm, duration, avoided=verbose):
         print(f"flockwire: warning: {line}", flush=True)

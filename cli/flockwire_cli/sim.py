@@ -12,8 +12,8 @@ from flockwire_station.terminal.progress import progress
 from flockwire_cli.verdict import conclude, print_figures, verdict
 
 
-def simulate(flight: Flight, out: Path | None = None, toml: str = "") -> int:
-    """Fly, print figures and verdict; returns the exit status.
+def simulate(flight: Flight, out: Path | None = None, toml: str = "", verbose: bool = False) -> int:
+    """Fly, print figures, all if `verbose`, and verdict; returns the exit status.
 
     The trace, which holds the swarm file's text `toml`, and the report go into the folder `out`; nothing is written
     without it. Raises OSError.
@@ -38,6 +38,6 @@ def simulate(flight: Flight, out: Path | None = None, toml: str = "") -> int:
     for line in outcome.slow:
         print(f"flockwire: warning: {line} in a real flight on this machine")
     if out is not None:
-        return conclude(outcome.failure, out)
-    failures = print_figures(summarise(trace))
+        return conclude(outcome.failure, out, verbose=verbose)
+    failures = print_figures(summarise(trace), verbose)
     return verdict(filter(None, (outcome.failure, *failures)))

@@ -16,10 +16,10 @@ INSTANTS = 2400  # largest number of instants: a long flight has longer steps
 ENDLESS = 3600.0  # s of a flight without an end that are evaluated
 
 
-def predicted(swarm: Swarm, duration: float) -> Iterator[str]:
+def predicted(swarm: Swarm, duration: float, avoided: bool = True) -> Iterator[str]:
     """Yield the problems in `duration` s of each formation, if every drone is exactly at its place.
 
-    0 is a flight without an end.
+    0 is a flight without an end. With `avoided` obstacles are problems that followers fly around.
     """
     climb = swarm.limits.takeoff_height / swarm.limits.vertical_speed
     if 0.0 < duration < climb:
@@ -31,7 +31,7 @@ def predicted(swarm: Swarm, duration: float) -> Iterator[str]:
     yield from _of_real_drones(swarm)
     yield from _of_leader(swarm, duration)
     for name in swarm.formations if swarm.formation is None else swarm.formation_names:
-        yield from _of_followers(swarm, name, duration)
+        yield from _of_followers(swarm, name, duration, avoided)
         if duration > SURVEY_HORIZON:  # the rules have looked at what comes before it
             yield from conflicts(swarm, f"formations.{name}" if name else "formation", swarm.survey(name, duration))
 
@@ -74,7 +74,7 @@ def _of_leader(swarm: Swarm, duration: float) -> Iterator[str]:
         yield f"the leader's course comes closer than {safe:g} m to obstacle {number} after {t:.1f} s"
 
 
-def _of_followers(swarm: Swarm, name: str, duration: float) -> Iterator[str]:
+def _of_followers(swarm: Swarm, name: str, duration: float, avoided: bool) -> Iterator[str]:
     key = f"formations.{name}" if name else "formation"
     formation, trajectory, limits = swarm.build_formation(name), _trajectory(swarm), swarm.limits
     named = {number: _owner(swarm, name, rank) for rank, number in enumerate(swarm.followers)}
@@ -100,7 +100,7 @@ def _of_followers(swarm: Swarm, name: str, duration: float) -> Iterator[str]:
     if outside is not None:
         t, number, place = outside
         yield f"{key}: the place of {named[number]} leaves limits.fence after {t:.1f} s, at {_shown(place)}"
-    if blocked:
+    if blocked and avoided:
         (number, obstacle), t = min(blocked.items(), key=lambda one: one[1])
         yield (
             f"{key}: obstacle {obstacle} is at the place of {named[number]} after {t:.1f} s; it must avoid it, "

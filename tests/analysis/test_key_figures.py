@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.summary import summarise
-from flockwire_cli.verdict import key_figures
+from flockwire_cli.verdict import brief_figures, key_figures
 
 
 @pytest.fixture(scope="module")
@@ -21,6 +21,17 @@ def test_errors_latency_and_each_check_have_a_line(summary):
     assert f"{1000 * tail:.1f} mm at most" in found[1]
     assert [line[5:] for line in found if line.startswith("ok   ")] == [c.sentence() for c in summary.checks if c.ok]
     assert not [line for line in found if line.startswith("FAIL")]
+
+
+def test_in_brief_it_is_the_error_and_what_failed(summary):
+    judged = [check for check in summary.checks if check.judged]
+    error, passed = brief_figures(summary)
+    assert error == list(key_figures(summary))[1]
+    assert passed.split()[1:5] == [str(len(judged)), "of", str(len(judged)), "passed"]
+    failed = replace(judged[0], ok=False)
+    _, fail, missing, passed = brief_figures(replace(summary, checks=(failed, *judged[1:]), missing=("no poses",)))
+    assert (fail, missing) == (f"FAIL {failed.sentence()}", "missing: no poses")
+    assert passed.split()[1] == str(len(judged) - 1)
 
 
 def test_what_is_not_known_reports_it(summary):

@@ -31,9 +31,14 @@ def test_a_flight_leaves_trace_summary_and_report_and_without_a_trace_the_same_f
     assert "formation error" in result.output
     assert "x real time" in result.output
     assert result.output.splitlines()[-1] == "flockwire: all well"
+    checks = [line for line in figures if line.startswith("  checks ")]
+    assert len(figures) == 2, figures  # the formation error, and how many checks passed
+    assert " passed (--verbose lists them)" in checks[0]
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert summary["messages"]["lost"] == 0
-    assert (tmp_path / "report.html").exists()
+    page = (tmp_path / "report.html").read_text()
+    assert "virtual time, seed 3" in page
+    assert "2026-09-21" not in page  # its clock's date means nothing
     metadata = read_trace(tmp_path / "trace.mcap").metadata
     assert metadata["seed"] == "3"
     assert not {"host", "python", "zenoh"} & metadata.keys()

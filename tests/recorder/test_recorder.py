@@ -155,7 +155,7 @@ def test_a_report_that_cannot_be_written_fails_the_flight_in_a_sentence(good_fli
     path = good_flight
     assert conclude("", path.parent) == 1
     said = capsys.readouterr()
-    assert "ok   separation" in said.out
+    assert "formation error" in said.out
     assert said.err == (
         f"flockwire: the flight failed: the report cannot be written: {path.parent}: No space left on device\n"
     )

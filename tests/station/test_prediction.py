@@ -91,6 +91,12 @@ def test_the_leader_s_speed_adds_to_the_formation_s(swarm):
     )
 
 
+def test_an_obstacle_that_followers_fly_around_is_left_out_on_request(swarm):
+    every, needed = (set(predicted(swarm(INTO_OBSTACLE), 12.0, avoided=avoided)) for avoided in (True, False))
+    (left_out,) = every - needed
+    assert left_out.startswith("formation: obstacle 0 is at the place of ")
+
+
 def test_an_obstacle_in_the_leader_s_way(swarm):
     lines = list(predicted(swarm(INTO_OBSTACLE), 12.0))
     assert "the leader's course comes closer than 0.3 m to obstacle 0 after 2.6 s" in lines

@@ -101,8 +101,10 @@ def test_a_flight_from_take_off_to_landing(fly, capsys):
     assert flight.swarm.orders == ["takeoff", "start", "land"]
     assert flight.children.took_off == flight.swarm.published[0].stamp
     assert flight.injected[0] >= 0
-    stages = [line.split("s  ")[-1] for line in capsys.readouterr().out.splitlines() if "s  " in line]
-    assert [stage for stage in stages if stage != "preparing"] == ["taking off", "in formation", "landing", "over"]
+    lines = [line.removeprefix("flockwire: ") for line in capsys.readouterr().out.splitlines()]
+    stages = [line.partition(" s: ")[2] for line in lines if line.startswith("t = ")]  # since the formation's start
+    assert "taking off" in lines
+    assert stages == ["in formation", "landing", "over"]
 
 
 def test_the_first_interrupt_lands(fly):
@@ -240,7 +242,7 @@ def test_a_host_that_does_not_conduct_gives_no_orders(serving, capsys):
     serving.at = {Stage.PREPARING: interrupt(serving)}
     assert serving.conduct() == ""
     assert serving.swarm.published == []
-    assert capsys.readouterr().out.endswith("s  serving\n")
+    assert capsys.readouterr().out.endswith("flockwire: serving\n")
 
 
 @pytest.mark.parametrize(("verb", "phase"), [("land", Phase.READY), ("hold", Phase.HOLD)])

@@ -65,6 +65,12 @@ class Director:
         self._sent = 0  # last publication of the newest order, Unix ns; 0: none
         self._standing = Standing(giver, asked)
 
+    @property
+    def formation_start(self) -> int | None:
+        """Time 0 of the flight: that of the formation's start, Unix ns; None before it is ordered."""
+        started = self._standing.started
+        return None if started is None else started.start
+
     def step(self, fleet: Fleet) -> Mission | None:
         """Return the due order for the state of the whole swarm, or a repetition of an unconfirmed one."""
         fleet, now, standing = fleet.without(self._without), fleet.now, self._standing

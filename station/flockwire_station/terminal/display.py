@@ -31,7 +31,7 @@ SERVING = "serving"  # the stage of a host that does not conduct the flight
 
 
 class Display:
-    """Shows the processes `order` of a swarm and the stage of the flight."""
+    """Shows the processes `order` of a swarm and the stage of the flight; t = 0 is the start of the formation."""
 
     def __init__(self, plan: Plan, order: tuple[str, ...], headless: bool) -> None:
         self._plan, self._name, self._order = plan, plan.swarm.name, order
@@ -40,7 +40,8 @@ class Display:
         self._headless = headless or self._console.is_dumb_terminal or not foreground(sys.stdout)
         self._live: Live | None = None
         self._stage = ""
-        self._began, self._drawn = clock.now(), 0
+        self._zero: int | None = None  # time 0 of the flight, Unix ns
+        self._drawn = 0
 
     def begin(self, out: Path) -> None:
         """Print the swarm and the trace's folder."""
@@ -68,6 +69,7 @@ class Display:
     def update(self, operator: Operator, now: int) -> None:
         """Show the state of `operator` at `now`."""
         director = operator.core.director
+        self._zero = director.formation_start if director is not None else None
         stage = director.stage if director is not None else SERVING
         if self._live is None:
             if self._stage != stage:
@@ -78,8 +80,10 @@ class Display:
         self._stage = stage
 
     def _draw(self, live: Live, stage: str, statuses: dict[str, Status], now: int) -> None:
-        title = f"{self._name}: {stage}, {(now - self._began) / SECOND:.0f} s   ({hint()})"
+        time = "" if self._zero is None else f", t = {(now - self._zero) / SECOND:.0f} s"
+        title = f"{self._name}: {stage}{time}   ({hint()})"
         live.update(draw(title, self._plan, self._order, statuses, self._rates, now), refresh=True)
 
     def _line(self, event: str, now: int) -> str:
-        return f"flockwire: {(now - self._began) / SECOND:5.1f} s  {printable(event)}"
+        time = "" if self._zero is None else f"t = {(now - self._zero) / SECOND:.1f} s: "
+        return f"flockwire: {time}{printable(event)}"

@@ -25,12 +25,15 @@ def screen(terminal):
 
 def show(plan, stages):
     """Show a flight that goes through `stages`."""
-    director, operator = SimpleNamespace(stage=Stage.PREPARING), SimpleNamespace(statuses={})
+    director = SimpleNamespace(stage=Stage.PREPARING, formation_start=None)
+    operator = SimpleNamespace(statuses={})
     operator.core = SimpleNamespace(director=director)
     display = Display(plan, plan.started, headless=False)
     with display.shown():
         for count, stage in enumerate(stages):
             director.stage = stage
+            if stage is Stage.FLYING and director.formation_start is None:
+                director.formation_start = NOW + (count + 2) * REFRESH
             display.update(operator, NOW + count * REFRESH)
             display.note("a note")
 
@@ -42,8 +45,13 @@ def test_a_terminal_without_a_cursor_gets_a_line_for_each_new_stage(make_plan, s
     with redirect_stdout(screen[2]):
         show(make_plan(), flown)
     lines = text_until(screen[0], "over").splitlines()
-    stages = [line.split("s  ")[1] for line in lines if "note" not in line]
-    assert stages == ["preparing", "taking off", "in formation", "landing", "over"]
+    assert [line for line in lines if "note" not in line] == [
+        "flockwire: preparing",
+        "flockwire: taking off",
+        "flockwire: t = -0.5 s: in formation",  # t = 0 is the formation's start
+        "flockwire: t = -0.2 s: landing",
+        "flockwire: t = 0.0 s: over",
+    ]
 
 
 def test_a_terminal_that_is_paused_blocks_no_process_and_gets_one_table_when_it_continues(
