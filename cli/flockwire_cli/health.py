@@ -1,4 +1,4 @@
-"""A container's health check, `python -m flockwire_cli.health`: asks the process.
+"""A container's health check, `python -P -m flockwire_cli.health`: asks the process.
 
 It imports nothing of the project, because the engine runs it repeatedly during flights.
 """

@@ -55,7 +55,7 @@ class Host:
         if known.
         """
         row, paths = self.plan.rows[identity], FilePaths(str(self.swarm_file), str(self.keys), str(self.out))
-        line = [sys.executable, "-m", "flockwire_cli", *arguments(self.plan, identity, paths)]
+        line = [sys.executable, "-P", "-m", "flockwire_cli", *arguments(self.plan, identity, paths)]
         if (row.faults or row.records) and self.faults_file is not None:
             line += ["--faults", str(self.faults_file)]
             if took_off is not None:

@@ -40,8 +40,8 @@ def test_a_hosts_units_run_what_up_starts_there_with_the_same_arguments(plan):
             file, out = Path("/etc/flockwire/flock/swarm/swarm.toml"), Path("/var/lib/flockwire/flock")
             dated = ["--dated"] if plan.rows[identity].records else []
             started = [*Host(plan, file, host, out, Path("%d")).command_line(identity), *dated]
-            assert ["/prefix/bin/flockwire", *started[3:]] == line.split()
-            assert started[:3] == [sys.executable, "-m", "flockwire_cli"]
+            assert ["/prefix/bin/flockwire", *started[4:]] == line.split()
+            assert started[:4] == [sys.executable, "-P", "-m", "flockwire_cli"]
     assert sorted(seen) == sorted(plan.started)
 
 

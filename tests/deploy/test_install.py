@@ -13,7 +13,7 @@ COMMANDS = {
     "python3": """
 case "$*" in
   -c*) echo 3.11 ;;
-  "-m venv"*) mkdir -p "$4/bin"; cp "$0" "$4/bin/python" ;;
+  "-P -m venv"*) mkdir -p "$5/bin"; cp "$0" "$5/bin/python" ;;
   *) echo "python $*" >> "$LOG" ;;
 esac""",
 }
@@ -92,7 +92,7 @@ def test_an_installer_on_another_machine_names_the_wheels_to_fetch(host, command
 def test_wheels_of_a_version_that_is_installed_already_replace_it(host):
     done, called = host.install()
     assert done.returncode == 0, done.stderr
-    (line,) = [line for line in called if line.startswith("python -m pip install")]
+    (line,) = [line for line in called if line.startswith("python -P -m pip install")]
     assert {"--force-reinstall", "--no-deps", "--require-hashes", "--no-index"} <= set(line.split())
 
 
@@ -114,7 +114,7 @@ def test_what_an_earlier_bundle_runs_is_stopped_while_its_units_are_there(host):
     done, called = host.install()
     assert done.returncode == 0, done.stderr
     assert called[0] == "systemctl stop flockwire-flock.target"
-    assert called[1].startswith("python -m pip")
+    assert called[1].startswith("python -P -m pip")
     assert not old.exists()
 
 

@@ -177,7 +177,7 @@ def test_a_dead_agent_fails_the_flight_and_the_rest_land(make_swarm: Callable[..
     for line in process.stdout:
         if "in formation" in line:
             break
-    victim = next(p for p in processes_of(swarm) if p.cmdline()[3:6] == ["agent", str(swarm), "3"])
+    victim = next(p for p in processes_of(swarm) if p.cmdline()[4:7] == ["agent", str(swarm), "3"])
     os.kill(victim.pid, signal.SIGKILL)
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 1

@@ -15,6 +15,7 @@ from flockwire.wire.phase import Phase
 from flockwire_cli.orders import app
 from flockwire_station import giving, planning
 from flockwire_station.planning import plan_off_loop
+from shadows import lay_shadows
 from simulated_pilots import SimulatedSwarm, started
 from typer.testing import CliRunner
 
@@ -212,7 +213,9 @@ def test_a_start_names_who_does_not_come_into_the_formation(swarm, monkeypatch):
     assert give(swarm, "start") == Answer(("leader", "uav1", "uav3", "uav4"), ("uav2",))
 
 
-def test_a_change_of_formation_keeps_its_time(swarm, monkeypatch):
+def test_a_change_of_formation_keeps_its_time(swarm, monkeypatch, tmp_path):
+    lay_shadows(tmp_path)
+    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(planning, "plan_off_loop", plan_off_loop)
     running = started()
     swarm.all(Phase.FORMATION, running)

@@ -63,7 +63,7 @@ def test_a_free_endpoint_is_not_a_problem(make_plan):
 def test_a_process_is_started_by_its_own_command(make_plan, identity, arguments):
     plan = make_plan({"network.mode": "router"})
     line = Host(plan, Path("s.toml"), "localhost", Path("runs/x"), Path("k")).command_line(identity)
-    assert line == [sys.executable, "-m", "flockwire_cli", *arguments]
+    assert line == [sys.executable, "-P", "-m", "flockwire_cli", *arguments]
 
 
 def test_faults_go_to_those_whose_cores_inject_them_with_the_time_of_take_off_where_it_is_known(make_plan):

@@ -1,6 +1,6 @@
 """The child process of the Vicon source: connects, waits for frames, writes each as a line of JSON.
 
-    python -m flockwire_mocap.vicon.child SERVER
+    python -P -m flockwire_mocap.vicon.child SERVER
 
 A frame is [arrival, {name: [x, y, z, qx, qy, qz, qw]}]. The arrival is in ns of the monotonic clock, read here, so that
 it includes the time in the pipe. A line of text is an error of the package.

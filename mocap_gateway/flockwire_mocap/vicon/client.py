@@ -14,6 +14,7 @@ from flockwire_mocap.persistent import PersistentConnection, imported
 from flockwire_mocap.vicon.source import ViconSource
 
 FRAME_TIMEOUT = 2.5  # s without a frame after which the child is killed and restarted
+CHILD = "flockwire_mocap.vicon.child"
 LONGEST_LINE = 1 << 20  # bytes: a frame of MOST_BODIES with long names is a quarter of that
 
 
@@ -29,7 +30,7 @@ class ViconClient(PersistentConnection[ViconSource]):
         if command is None and importlib.util.find_spec("motioncapture") is None:
             imported("motioncapture", "vicon")
         super().__init__(source, drained)
-        self._command = command or [sys.executable, "-m", "flockwire_mocap.vicon.child", source.table.server]
+        self._command = command or [sys.executable, "-P", "-m", CHILD, source.table.server]
 
     async def connected(self) -> str:
         """Run a child until it ends or hangs; returns the reason."""

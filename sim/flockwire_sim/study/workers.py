@@ -40,6 +40,7 @@ class Workers:
 @contextmanager
 def local(jobs: int) -> Iterator[Workers]:
     """Start processes of this machine; they end with the block, and with this process for any cause."""
+    os.environ["PYTHONSAFEPATH"] = "1"  # they import nothing from the current folder
     spawn = multiprocessing.get_context("spawn")
     executor = ProcessPoolExecutor(jobs, mp_context=spawn, initializer=_serve)
     try:
