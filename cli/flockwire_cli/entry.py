@@ -17,6 +17,7 @@ ORDERS = ("stop", "land", "hold")
 INTERRUPTED = 130  # exit status, as shells have it
 OWN_HASHES = ("_md5", "_sha1", "_sha3", *(("_sha2",) if sys.version_info >= (3, 12) else ("_sha256", "_sha512")))
 OPENSSL = ("_hashlib", "_ssl", "ssl")
+NO_THREAD = "can't start new thread"  # Python's text of a limit
 PACKAGES = "importlib.metadata"  # what installed packages say of themselves
 TIME_ZONES = (
     "/usr/share/zoneinfo",
@@ -56,7 +57,7 @@ def _run() -> int:
     except SystemExit as ended:
         return ended.code if isinstance(ended.code, int) else int(ended.code is not None)
     except (MemoryError, ImportError, RuntimeError) as error:
-        if isinstance(error, RuntimeError) and "thread" not in str(error):  # "can't start new thread": a limit too
+        if isinstance(error, RuntimeError) and str(error) != NO_THREAD:
             raise
         last = str(error).strip().rpartition("\n")[2]  # numpy's explanation is a page long
         needed = ""
@@ -132,5 +133,11 @@ def _command(command: str) -> None:
     if command in ORDERS:
         from flockwire_cli.orders import app  # noqa: PLC0415
     else:
+        from pathlib import Path  # noqa: PLC0415
+
+        from flockwire_cli.freshness import changed_source  # noqa: PLC0415
         from flockwire_cli.main import app  # noqa: PLC0415
+
+        if line := changed_source(Path(sys.prefix)):
+            print(line, file=sys.stderr)
     app(prog_name="flockwire")

@@ -119,7 +119,7 @@ def console(
             min=1,
             max=65535,
             metavar="PORT",
-            help="Serve Foxglove and Lichtblick too, at this port (theirs is 8765); needs `scripts/extra foxglove`.",
+            help="Serve Foxglove and Lichtblick too, at this port (theirs is 8765); needs the extra foxglove.",
         ),
     ] = None,
     keys: Keys = None,

@@ -105,7 +105,7 @@ def recover(
 def export(
     trace: Annotated[Path, typer.Argument(metavar="TRACE", help="A trace.mcap.")],
     out: Annotated[Path | None, typer.Option(help="Folder for the tables [tables, beside the trace].")] = None,
-    form: Annotated[Form, typer.Option("--format", help="Parquet needs `scripts/extra parquet`.")] = Form.CSV,
+    form: Annotated[Form, typer.Option("--format", help="Parquet needs the extra parquet.")] = Form.CSV,
 ) -> None:
     """Write a trace as tables: poses, estimates, commands, telemetry, errors, events."""
     from flockwire_analysis.export import write_csv, write_parquet  # noqa: PLC0415  (numpy)

@@ -1,26 +1,18 @@
-"""Optional packages, and the command that installs one, because flockwire is not on any index."""
+"""Optional packages, and the command that installs them into this environment: flockwire is not on any index."""
 
 from __future__ import annotations
 
 import re
-import shlex
 import sys
 from importlib.metadata import PackageNotFoundError, requires
 from importlib.util import find_spec
-from pathlib import Path
 
-SCRIPT = Path(__file__).parents[2] / "scripts/extra"
+MODULES = {"pillow": "pil", "foxglove_sdk": "foxglove"}  # of packages with another name than their module
 _REQUIREMENT = re.compile(r"(?P<wanted>(?P<package>[\w.-]+)[^;]*);.*extra == ['\"](?P<extra>[\w-]+)['\"]")
 
 
 def remedy(extra: str) -> str:
-    """Return the command that installs an extra of flockwire into this environment.
-
-    In a clone it is a script; elsewhere (a host's bundle, a container, a compiled environment) an installer with the
-    extra's requirements.
-    """
-    if SCRIPT.exists():
-        return f"{_short(SCRIPT)} {extra}"
+    """Return the command that installs the packages of an extra of flockwire into this environment."""
     installer = f"{sys.executable} -m pip install" if find_spec("pip") else f"uv pip install --python {sys.prefix}"
     wanted = (f"'{line['wanted'].strip()}'" for line in _requirements() if line["extra"] == extra)
     return f"{installer} {' '.join(wanted)}"
@@ -29,14 +21,13 @@ def remedy(extra: str) -> str:
 def lacking(error: ModuleNotFoundError) -> str:
     """Return a line with the missing extra of a failed import and its `remedy`; empty if no extra has it."""
     module = (error.name or "").partition(".")[0]
-    extras = (line["extra"] for line in _requirements() if line["package"].replace("-", "_").lower() == module)
-    extra = next(extras, None)
+    extra = next((line["extra"] for line in _requirements() if _module(line["package"]) == module.lower()), None)
     return f"this needs the package {module}: {remedy(extra)}" if extra else ""
 
 
-def _short(file: Path) -> str:
-    here = Path.cwd()
-    return shlex.quote(str(file.relative_to(here) if file.is_relative_to(here) else file))
+def _module(package: str) -> str:
+    name = package.replace("-", "_").lower()
+    return MODULES.get(name, name)
 
 
 def _requirements() -> list[re.Match[str]]:

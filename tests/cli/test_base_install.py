@@ -8,6 +8,7 @@ from pathlib import Path
 
 import grimp
 import pytest
+from flockwire.extras import remedy
 from flockwire.wire.processes import PROCESSES
 
 ROOT = Path(__file__).parents[2]
@@ -86,4 +87,4 @@ def test_without_extras_a_process_runs_and_another_command_names_the_extra():
     assert lacking(["--version"]).returncode == 0
     refused = lacking(["check", "swarms/paper_simulation.toml"])
     assert refused.returncode == 1
-    assert refused.stderr == "flockwire: cannot run: this needs the package typer: scripts/extra station\n"
+    assert refused.stderr == f"flockwire: cannot run: this needs the package typer: {remedy('station')}\n"

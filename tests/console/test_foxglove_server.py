@@ -1,6 +1,7 @@
 """What `flockwire console --foxglove` serves, read by a client of Foxglove's protocol that shares no code with it."""
 
 import asyncio
+import re
 import socket
 import sys
 from contextlib import closing
@@ -10,6 +11,7 @@ from buffered_session import T0, BufferedSession
 from flockwire.domain.airframe import FlightState, Telemetry
 from flockwire.domain.order import Mission
 from flockwire.domain.time import TimeReply
+from flockwire.extras import remedy
 from flockwire.wire.codec import encode
 from flockwire.wire.inbox import CANARY
 from flockwire.wire.keys import Key
@@ -109,5 +111,5 @@ def test_a_port_in_use_is_named(make_plan):
 
 def test_a_missing_package_is_named_with_the_command_that_installs_it(make_plan, monkeypatch):
     monkeypatch.setitem(sys.modules, "foxglove", None)
-    with pytest.raises(FoxgloveError, match=r"^--foxglove = 8765: .*foxglove-sdk: scripts/extra foxglove"):
+    with pytest.raises(FoxgloveError, match=r"^--foxglove = 8765: .*foxglove-sdk: " + re.escape(remedy("foxglove"))):
         FoxgloveServer(make_plan(), "console", BufferedSession(), LOOPBACK, 8765)

@@ -8,6 +8,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from shadows import lay_shadows
 
 pytestmark = pytest.mark.long
 ROOT = Path(__file__).parents[2]
@@ -68,24 +69,34 @@ def program(built, tmp_path_factory):
     """Return the folder of the programs of an environment that has the wheel."""
     (wheel,) = built.glob("*.whl")
     folder = tmp_path_factory.mktemp("installed") / "env"
-    run(UV, "venv", "--quiet", "--python", sys.executable, folder)
-    run(UV, "pip", "install", "--quiet", "--python", folder / "bin/python", f"{wheel}[station,report]")
+    run(sys.executable, "-m", "venv", folder)
+    run(folder / "bin/python", "-m", "pip", "install", "--quiet", f"{wheel}[station,report]")
     return folder / "bin"
 
 
-def test_an_environment_of_its_own_flies(program, tmp_path):
-    where = run(program / "python", "-c", "import flockwire; print(flockwire.__path__[0])", cwd=tmp_path)
+@pytest.fixture
+def here(tmp_path):
+    """Return a folder of a user with files that are called as modules of Python are."""
+    lay_shadows(tmp_path)
+    return tmp_path
+
+
+def test_an_environment_of_its_own_flies(program, here):
+    where = run(program / "python", "-P", "-c", "import flockwire; print(flockwire.__path__[0])", cwd=here)
     assert where.startswith(str(program.parent))
-    run(program / "flockwire", "init", "mine.toml", cwd=tmp_path)
-    out = run(program / "flockwire", "sim", "mine.toml", "--duration", 12, "--out", "flight", cwd=tmp_path)
+    run(program / "flockwire", "init", "mine.toml", cwd=here)
+    run(program / "flockwire", "check", "mine.toml", cwd=here)
+    out = run(program / "flockwire", "sim", "mine.toml", "--duration", 12, "--out", "flight", cwd=here)
     assert out.endswith("flockwire: all well\n")
-    assert (tmp_path / "flight/report.html").exists()
-    run(program / "flockwire", "animate", "flight/trace.mcap", "--seconds", 2, cwd=tmp_path)
+    assert (here / "flight/report.html").exists()
+    run(program / "flockwire", "animate", "flight/trace.mcap", "--seconds", 2, cwd=here)
 
 
 @pytest.mark.skipif(not has_namespaces(), reason="a program cannot be run without a network here")
-def test_it_flies_real_processes_in_one_command_without_a_network(program, tmp_path):
-    run(program / "flockwire", "init", "mine.toml", cwd=tmp_path)
+def test_it_flies_real_processes_in_one_command_without_a_network(program, here):
+    run(program / "flockwire", "init", "mine.toml", cwd=here)
     line = (program / "flockwire", "up", "mine.toml", "--headless", "--duration", 8, "--out", "flight")
-    assert run(*NO_NETWORK, *line, cwd=tmp_path).endswith("flockwire: all well\n")
-    assert (tmp_path / "flight/replay.html").exists()
+    assert run(*NO_NETWORK, *line, cwd=here).endswith("flockwire: all well\n")
+    assert (here / "flight/replay.html").exists()
+    run(program / "flockwire", "report", "flight/trace.mcap", "--out", "again", cwd=here)
+    assert (here / "again/report.html").exists()

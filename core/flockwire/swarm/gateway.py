@@ -78,7 +78,7 @@ class Vrpn(Axes):
 
 
 class Qualisys(Axes):
-    """Qualisys QTM's real-time server (`scripts/extra qualisys`)."""
+    """Qualisys QTM's real-time server (extra `qualisys`)."""
 
     server: str = "127.0.0.1"  # its name or address
     port: Port = 22223  # of TCP, for little-endian
@@ -87,7 +87,7 @@ class Qualisys(Axes):
 
 
 class Vicon(Axes):
-    """Vicon's Tracker or Nexus (`scripts/extra vicon`)."""
+    """Vicon's Tracker or Nexus (extra `vicon`)."""
 
     server: str = "127.0.0.1"  # its name or address
     latency: Delay = 0.0  # s, from exposure to arrival, if known

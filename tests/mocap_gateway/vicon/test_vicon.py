@@ -2,11 +2,13 @@
 
 import asyncio
 import json
+import re
 import sys
 from types import SimpleNamespace
 from unittest.mock import Mock
 
 import pytest
+from flockwire.extras import remedy
 from flockwire_mocap.core import make_core
 from flockwire_mocap.persistent import imported
 from flockwire_mocap.vicon import child
@@ -133,5 +135,5 @@ def test_a_child_that_cannot_be_started_is_a_line(start):
 
 @pytest.mark.parametrize("extra", ["vicon", "qualisys"])
 def test_a_missing_package_is_named_with_the_command_that_installs_it(extra):
-    with pytest.raises(OSError, match=f"scripts/extra {extra}"):
+    with pytest.raises(OSError, match=re.escape(remedy(extra))):
         imported("no_such_package", extra)

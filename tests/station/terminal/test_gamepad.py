@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 from flockwire import clock
+from flockwire.extras import remedy
 from flockwire_station.terminal.gamepad import (
     DEAD_ZONE,
     EAST,
@@ -167,4 +168,4 @@ def test_a_missing_package_is_named_where_a_gamepad_is_there(tmp_path, monkeypat
     assert plugged_in(0.4, tmp_path) == (None, "")
     (tmp_path / "js0").touch()
     assert plugged_in(0.4, tmp_path) == (None, MISSING)
-    assert "scripts/extra gamepad" in MISSING
+    assert remedy("gamepad") in MISSING
