@@ -96,6 +96,7 @@ def test_drones_that_meet_head_on_pass(count: int, airframe: dict[str, Any], fly
     assert flown.closest >= 0.4
 
 
+@pytest.mark.sources  # replaces compiled functions
 def test_without_the_deadlock_breakers_two_drones_head_on_stay(
     fly_flock: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -183,6 +183,7 @@ def test_in_a_change_a_place_costs_the_way_from_the_old_place_half_way_through_i
     assert over.place == 0
 
 
+@pytest.mark.sources  # replaces compiled functions
 def test_a_place_without_a_position_costs_the_most(make_swarm):
     table = {**TABLE, "formation": {"kind": "expression", "x": "2*i", "y": "1", "assignment": "auction"}}
     parameters = agent_parameters(make_swarm(table), 2).auction

@@ -119,6 +119,7 @@ def unguarded(swarm: Swarm) -> LeaderParameters:
     return parameters._replace(pilot=parameters.pilot._replace(guard=None))
 
 
+@pytest.mark.sources  # replaces compiled functions
 @pytest.mark.parametrize("name", CLAUSES)
 def test_without_the_clause_it_goes_wrong(
     name: str, fly_flock: Callable[..., Any], monkeypatch: pytest.MonkeyPatch

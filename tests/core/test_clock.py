@@ -59,6 +59,7 @@ def test_once_messages_are_stamped_no_step_is_followed_nor_by_who_shares_a_time(
     assert steady.now() == begun_again.now() == stamped + 2 * SECOND
 
 
+@pytest.mark.sources  # replaces compiled functions
 def test_a_session_settles_the_time(make_plan, machine, monkeypatch):
     monkeypatch.setattr(clock, "_STEADY", machine.steady())
     with Session(make_plan({"network.security": "none"}), "operator"):

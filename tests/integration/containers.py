@@ -7,6 +7,7 @@ import json
 import os
 import shutil
 import subprocess
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -14,6 +15,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
+FLOCKWIRE = Path(sys.prefix, "bin/flockwire")
 IMAGE = "flockwire-test"
 OPERATOR = f"{IMAGE}-operator"
 BASE = "flockwire-base"  # scripts/base_image makes it

@@ -6,7 +6,7 @@ import shutil
 import signal
 
 import pytest
-from containers import IMAGE, OPERATOR, ROOT, SWARM, Swarm, image, missing, run, until
+from containers import FLOCKWIRE, IMAGE, OPERATOR, SWARM, Swarm, image, missing, run, until
 
 pytestmark = [pytest.mark.long, pytest.mark.integration]
 PILOTS = ("leader", "uav1", "uav2")
@@ -26,7 +26,7 @@ def deployed(built, tmp_path_factory):
     """Return a swarm as a folder of containers; none of them is left at the end."""
     folder = tmp_path_factory.mktemp("deployed")
     (folder / "lab.toml").write_text(SWARM)
-    line = [ROOT / ".venv/bin/flockwire", "deploy", folder / "lab.toml", "--target", "compose"]
+    line = [FLOCKWIRE, "deploy", folder / "lab.toml", "--target", "compose"]
     run(*line, "--keys", folder / "all-keys", "--out", folder / "swarm")
     swarm = Swarm(folder / "swarm")
     yield swarm
@@ -118,7 +118,7 @@ def test_an_agent_that_dies_in_flight_comes_back_and_so_does_one_that_loses_its_
     assert "confirmed by" in flight.order("land")
     settle(flight, ("grounded", "ready"))
     trace = max(flight.runs.glob("*/trace.mcap"))
-    run(ROOT / ".venv/bin/flockwire", "report", trace, "--out", trace.parent / "again", check=False)
+    run(FLOCKWIRE, "report", trace, "--out", trace.parent / "again", check=False)
     checks = {check["name"]: check for check in summary(trace.parent / "again")["checks"]}
     assert checks["separation"]["ok"], checks["separation"]
 

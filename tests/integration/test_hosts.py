@@ -5,7 +5,7 @@ import shutil
 import sys
 
 import pytest
-from containers import ROOT, SWARM, base_image, missing, run
+from containers import FLOCKWIRE, ROOT, SWARM, base_image, missing, run
 
 pytestmark = [pytest.mark.long, pytest.mark.integration]
 
@@ -37,7 +37,7 @@ def bundles(base, tmp_path_factory):
     run(ROOT / "scripts/wheels", timeout=400)
     folder = tmp_path_factory.mktemp("lab")
     (folder / "lab.toml").write_text(SWARM)
-    line = [ROOT / ".venv/bin/flockwire", "deploy", folder / "lab.toml", "--target", "ansible"]
+    line = [FLOCKWIRE, "deploy", folder / "lab.toml", "--target", "ansible"]
     run(*line, "--wheels", ROOT / "dist/wheels", "--out", folder / "out")
     return folder / "out"
 
@@ -108,7 +108,7 @@ def test_the_playbook_brings_each_host_its_own_and_after_a_loss_new_keys(bundles
     tables = ", ".join(f'{host} = {{ address = "{address}" }}' for host, address in addresses.items())
     swarm.write_text(SWARM.replace("pi1 = {}, pi2 = {}", tables))
     out = tmp_path / "out"
-    deploy = [ROOT / ".venv/bin/flockwire", "deploy", swarm, "--target", "ansible", "--out", out]
+    deploy = [FLOCKWIRE, "deploy", swarm, "--target", "ansible", "--out", out]
     deploy += ["--wheels", ROOT / "dist/wheels"]
     login = [ansible, "-i", out / "inventory.yaml", "-u", "root", "--private-key", key, "-l", "all:!station"]
     quiet = {**os.environ, "ANSIBLE_HOST_KEY_CHECKING": "False", "ANSIBLE_LOCALHOST_WARNING": "False"}
@@ -119,7 +119,7 @@ def test_the_playbook_brings_each_host_its_own_and_after_a_loss_new_keys(bundles
         "pi1": ["ca.crt", "operators.crt", "uav1.crt", "uav1.key"],
         "pi2": ["ca.crt", "operators.crt", "uav2.crt", "uav2.key"],
     }
-    run(ROOT / ".venv/bin/flockwire", "keys", swarm, "--rotate")
+    run(FLOCKWIRE, "keys", swarm, "--rotate")
     run(*deploy)
     run(*login, out / "playbook.yaml", "--tags", "keys", timeout=300, env=quiet)
     second = {host: held(host) for host in addresses}

@@ -27,7 +27,7 @@ def free_ports(monkeypatch):
 def test_what_is_not_installed_is_named_with_what_installs_it():
     with mock.patch.object(transports, "find_spec", return_value=None), mock.patch("shutil.which", return_value=None):
         lacking = {one.name: one.lacks for one in transports.transports() if one.lacks}
-    install = "uv pip install --python .venv -r bench/requirements.txt"
+    install = "uv pip install --python .venv-dev -r bench/requirements.txt"
     dds, mqtt = install, f"{install}; apt-get install mosquitto"
     assert lacking == {"DDS Security": dds, "MQTT, TLS": mqtt, "CycloneDDS": dds, "MQTT": mqtt}
 

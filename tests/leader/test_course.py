@@ -118,6 +118,7 @@ def test_it_gets_round_an_obstacle_on_its_path_and_reaches_the_end(flying: Calla
     assert leader.position == pytest.approx(add(start, (4.0, 0.0, 0.0)), abs=0.02)
 
 
+@pytest.mark.sources  # replaces a compiled function
 def test_without_the_sidestep_it_stays_in_front_of_the_obstacle(
     flying: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:

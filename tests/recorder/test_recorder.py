@@ -226,6 +226,7 @@ def test_a_process_that_floods_in_batches_is_held_to_the_quota_of_each_key(recor
     assert trace.written == pytest.approx(ROWS["command"].rate * BURST, abs=2)
 
 
+@pytest.mark.sources  # replaces compiled functions
 def test_a_drones_batches_bring_no_more_messages_than_a_multiple_of_its_own(recording, monkeypatch):
     recorder, session, trace = recording
     batch, decoded = Key(BATCH, "uav1"), []

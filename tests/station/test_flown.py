@@ -109,6 +109,7 @@ def test_an_unchanged_file_gives_no_message(file, what, capsys):
     assert capsys.readouterr().err == ""
 
 
+@pytest.mark.sources  # replaces compiled functions
 @pytest.mark.parametrize("look", [load, lambda file: load_flying(file, None)])
 def test_a_new_command_has_the_time_of_what_flies_though_the_clock_was_set_since(file, what, monkeypatch, look):
     steady = SteadyClock(lambda: 70 * SECOND, lambda: 50 * SECOND)

@@ -57,7 +57,7 @@ def test_ways_that_cross_least_keep_apart(data):
         )
         for _ in range(2)
     )
-    chosen = assignment(now, then)
+    chosen = assignment(now.tolist(), then.tolist())
     assert sorted(chosen) == list(range(count))
 
     def least(points):

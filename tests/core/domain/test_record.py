@@ -35,6 +35,7 @@ def every_record(kind: type[Record]) -> list[type[Record]]:
     return [one for sub in kind.__subclasses__() for one in (sub, *every_record(sub))]
 
 
+@pytest.mark.sources  # compiled, a constructor checks types
 @pytest.mark.parametrize("kind", every_record(Record))
 def test_fields_come_in_the_order_of_the_constructor(kind: type[Record]) -> None:
     given = tuple(f"field {k}" for k in range(len(kind.__slots__)))

@@ -19,7 +19,7 @@ def order(verb, *knows, giver=THEIRS, stamp=NOW - 5 * SECOND):
 def fleet(age=60.0, ages=(), **obeyed):
     """Return a fleet by who obeys what, for `age` s; `ages` of those for whom it is another."""
     reports = {
-        name: Report("hold", mission=mission, concurrent=concurrent, order_age=dict(ages).get(name, age))
+        name: Report("hold", mission=mission, concurrent=tuple(concurrent), order_age=dict(ages).get(name, age))
         for name, (mission, *concurrent) in obeyed.items()
     }
     statuses = {name: Status(NOW, "world", name, r, 0, 0, 0, 0, 0, 0.0, 0, (), ()) for name, r in reports.items()}

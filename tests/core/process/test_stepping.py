@@ -16,6 +16,7 @@ from flockwire.wire.inbox import Inbox
 from flockwire.wire.keys import ROWS, Key
 from flockwire.wire.status import Report
 
+pytestmark = pytest.mark.sources  # its swarm time and inputs are of Python
 PERIOD = 100
 MS = SECOND // 1000
 T0 = 1_790_000_000 * SECOND

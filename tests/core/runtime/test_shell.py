@@ -76,6 +76,7 @@ def started(monkeypatch, core, plan, direct, requests=()):
     return asyncio.run(start())
 
 
+@pytest.mark.sources  # its core is of Python
 @pytest.mark.parametrize(
     ("core", "direct", "apart"),
     [(OfFrames, True, True), (OfFrames, False, False), (Plain, True, False), (OfRareFrames, True, False)],
@@ -88,6 +89,7 @@ def test_poses_that_leave_when_the_step_is_over_wait_for_neither_status_nor_batc
     assert bool(session.taken_over) is bool(session.flushed) is apart
 
 
+@pytest.mark.sources  # its core is of Python
 @pytest.mark.parametrize(
     ("core", "direct", "requests", "postpones"),
     [

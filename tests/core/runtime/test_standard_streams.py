@@ -65,6 +65,12 @@ def test_an_import_that_is_interrupted_or_lacks_memory_is_one_line(command, rais
     assert flockwire(command, stand_in=f"raise {raised}", folder=tmp_path) == (status, f"flockwire: {line}\n")
 
 
+def test_another_error_keeps_its_traceback_whatever_its_text(tmp_path):
+    status, said = flockwire("check", stand_in="raise RuntimeError('no thread of the argument')", folder=tmp_path)
+    assert status == 1
+    assert said.startswith("Traceback")
+
+
 def test_while_a_swarm_flies_no_process_waits_for_a_reader_and_nothing_is_lost():
     read_end, write_end = os.pipe()
     found, data = [], 300 * b"0123456789" * 100  # more than a pipe holds

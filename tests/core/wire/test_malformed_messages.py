@@ -127,11 +127,8 @@ def test_numbers_that_are_not_finite_are_refused(wrong):
 @pytest.mark.parametrize(
     ("message", "rule"),
     [
-        (Nearby(STAMP, "world", (Body(7, PLACE, 0.0),)), "no body of kind 7"),
         (Nearby(STAMP, "world", (Body(BodyKind.DRONE, PLACE, -0.1),)), "radius -0.1"),
-        (Telemetry(STAMP, "world", 9, 0.9, 1.0, 0.0), "no flight state 9"),
         (Mission(STAMP, "world", "dance"), "no mission 'dance'"),
-        (Estimate(STAMP, "world", LeaderMotion(PLACE, PLACE, PLACE), STAMP, 2, 9), "no state 9 of a leader"),
         (changed(places=(0, 1, 1)), "two have one place"),
         (changed(places=(0, 1, 3)), "two have one place"),
         (changed(places_before=(2, 1, 2)), "two have one place"),
@@ -143,6 +140,25 @@ def test_numbers_that_are_not_finite_are_refused(wrong):
 def test_content_that_means_nothing_is_refused(message, rule):
     with pytest.raises(MessageError, match=rule):
         decode(type(message), encode(message))
+
+
+def alternatives():
+    """Return messages with two states of an enumeration, and what the number 9 in their place says."""
+    motion = LeaderMotion(PLACE, PLACE, PLACE)
+    kinds, states, leading = (list(each)[:2] for each in (BodyKind, FlightState, Leading))
+    return (
+        ([Nearby(STAMP, "world", (Body(kind, PLACE, 0.0),)) for kind in kinds], "no body of kind 9"),
+        ([Telemetry(STAMP, "world", state, 0.9, 1.0, 0.0) for state in states], "no flight state 9"),
+        ([Estimate(STAMP, "world", motion, STAMP, 2, state) for state in leading], "no state 9 of a leader"),
+    )
+
+
+@pytest.mark.parametrize(("messages", "rule"), alternatives())
+def test_a_number_that_no_enumeration_has_is_refused(messages, rule):
+    one, other = map(encode, messages)
+    (at,) = (i for i, pair in enumerate(zip(one, other, strict=True)) if pair[0] != pair[1])
+    with pytest.raises(MessageError, match=rule):
+        decode(type(messages[0]), one[:at] + b"\x09" + one[at + 1 :])
 
 
 @each

@@ -22,7 +22,7 @@ def test_both_turn_right() -> None:
 def test_nothing_in_the_way_turns_no_drone(place: Vector | None) -> None:
     wanted = (1.0, 0.0, 0.0)
     bodies = [] if place is None else [Body(BodyKind.DRONE, place, 0.0)]
-    assert sidestep(wanted, bodies, PARAMETERS, 1.0) is wanted
+    assert sidestep(wanted, bodies, PARAMETERS, 1.0) == wanted
 
 
 @pytest.mark.parametrize(("kind", "least"), [(BodyKind.DRONE, 0.4), (BodyKind.OBSTACLE, 0.3), (BodyKind.MOVER, 0.3)])
@@ -31,13 +31,13 @@ def test_the_gap_begins_beyond_the_distance_to_keep_from_the_surface(
     kind: BodyKind, least: float, radius: float
 ) -> None:
     wanted, edge = (1.0, 0.0, 0.0), radius + least + 0.6
-    assert sidestep(wanted, [Body(kind, (edge + 0.001, 0.0, 0.0), radius)], PARAMETERS, 1.0) is wanted
+    assert sidestep(wanted, [Body(kind, (edge + 0.001, 0.0, 0.0), radius)], PARAMETERS, 1.0) == wanted
     assert sidestep(wanted, [Body(kind, (edge - 0.001, 0.0, 0.0), radius)], PARAMETERS, 1.0) != wanted
 
 
 def test_a_drone_that_flies_ahead_as_fast_blocks_nobody() -> None:
     wanted, ahead = (1.0, 0.0, 0.0), AHEAD._replace(velocity=(1.0, 0.0, 0.0))
-    assert sidestep(wanted, [ahead], PARAMETERS, 1.0) is wanted
+    assert sidestep(wanted, [ahead], PARAMETERS, 1.0) == wanted
     assert sidestep(wanted, [ahead], PARAMETERS, 1.0, (1.0, 0.0, 0.0)) == pytest.approx((0.0, -1.0, 0.0))
     slower = ahead._replace(velocity=(0.5, 0.0, 0.0))
     assert sidestep(wanted, [slower], PARAMETERS, 1.0) == pytest.approx((cos(pi / 4), -sin(pi / 4), 0.0))
