@@ -1,6 +1,6 @@
 """How many agents one machine carries: real flights of growing swarms, their cost, latency and delays as a table.
 
-    .venv/bin/python bench/agents.py [--followers 5 10 20] [--seconds 15]
+    .venv-dev/bin/python bench/agents.py [--followers 5 10 20] [--seconds 15]
 
 Beside each figure stands in brackets what bare Zenoh processes with the same links, keys, rates and sizes cost, and an
 empty step (floor.py), run just after the flight. Beside each flight stands the machine's own floor at that moment: the

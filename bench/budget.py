@@ -1,6 +1,6 @@
 """What flights cost, counted and not timed, beside its budget: budget.toml has a limit for each figure, and a reason.
 
-    .venv/bin/python bench/budget.py [--flight]
+    .venv-dev/bin/python bench/budget.py [--flight]
 
 Virtual: the paper's five drones, by what a flight of four s has more than one of two. Calls are those of Python
 functions, allocations those of the interpreter's allocators (what comes from its free lists is not among them), for

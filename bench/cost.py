@@ -1,12 +1,12 @@
 """What a flight costs in two trees, in turns: processes, latency, memory, virtual time, calls; medians and ratios.
 
-    .venv/bin/python bench/cost.py TREE_A TREE_B [--rounds 5] [--seconds 10] [--followers 5 10] [--only flights|virtual]
+    .venv-dev/bin/python bench/cost.py TREE_A TREE_B [--rounds 5] [--seconds 10] [--followers 5 10] [--only KIND]
 
-A tree is a checkout. It runs in its .compiled if it has one (scripts/compile; calls are counted in .venv), or in its
-.venv, or in this one's with PYTHONPATH. Flights are real ones of five and ten followers (agents.py): the processor time
-of each process by its schedstat, and its memory (VmHWM) as the kernel has it, so that no tree's own account of itself
-counts; pose to command is from summary.json. Virtual time is that of the paper's five drones (sim_speed.py of each
-tree); calls are those of Python functions in a virtual second.
+A tree is a checkout. It runs in its .compiled if it has one (scripts/compile; calls are counted in .venv-dev), or
+in its .venv-dev, or in this one's with PYTHONPATH. KIND is flights or virtual. Flights are real ones of five and ten
+followers (agents.py): the processor time of each process by its schedstat, and its memory (VmHWM) as the kernel has
+it, so that no tree's own account of itself counts; pose to command is from summary.json. Virtual time is that of the
+paper's five drones (sim_speed.py of each tree); calls are those of Python functions in a virtual second.
 The last column is B / A; compare figures of one run only, on a machine that does nothing else.
 """
 
@@ -59,7 +59,7 @@ class Tree:
 
     def python(self) -> str:
         """Return its interpreter."""
-        own = self.root / (".compiled" if self.compiled else ".venv") / "bin/python"
+        own = self.root / (".compiled" if self.compiled else ".venv-dev") / "bin/python"
         return str(own) if own.exists() else sys.executable
 
     def environment(self) -> dict[str, str]:

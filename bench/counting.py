@@ -1,6 +1,6 @@
 """Counts, in a process of its own, what bench/budget.py compares with a budget; prints it as JSON.
 
-    PYTHONHASHSEED=0 .venv/bin/python bench/counting.py calls|allocations|agent FOLDER
+    PYTHONHASHSEED=0 .venv-dev/bin/python bench/counting.py calls|allocations|agent FOLDER
 
 `calls` and `allocations` fly the paper's five drones in virtual time, `agent` is one real agent that is alone. In
 FOLDER stand the compiled counter of allocations (budget.py) and what the agent needs.

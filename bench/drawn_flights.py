@@ -1,6 +1,6 @@
 """Drawn virtual flights of every family in turn, until one is bad: one command for all of them.
 
-    .venv/bin/python bench/drawn_flights.py [--rounds 1000] [--first 0] [--seconds S]
+    .venv-dev/bin/python bench/drawn_flights.py [--rounds 1000] [--first 0] [--seconds S]
 
 A round is a flight with drawn faults (fault_flights.py) and a sequence of orders (order_sequences.py); every fifth also
 has a lost body, exchanged names and a visitor (lost_body.py, swaps.py, visitor.py). The first bad flight, or one whose

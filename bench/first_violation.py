@@ -1,7 +1,7 @@
 """Flights of the search, or as many draws, in one process until one violates a property: a column of mutants.py.
 
-    .venv/bin/python bench/first_violation.py [--method search] [--flights 150] [--seconds S] [--keep DIR]
-    .venv/bin/python bench/first_violation.py --corpus DIR [--changed FILE:LINE] [--until violation|worse|change]
+    .venv-dev/bin/python bench/first_violation.py [--method search] [--flights 150] [--seconds S] [--keep DIR]
+    .venv-dev/bin/python bench/first_violation.py --corpus DIR [--changed FILE:LINE] [--until violation|worse|change]
 
 A leader and two followers, one of them a Tello, under any faults (docs/study.md, "Search"). The first violation ends it
 with status 1; so do S seconds of processor time, with status 0. `--keep` keeps the flights in a folder, `--corpus`

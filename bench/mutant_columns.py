@@ -114,11 +114,11 @@ def suite(stages: tuple[str, ...]) -> Column:
 
 
 PYTEST = [
-    ".venv/bin/python", "-m", "pytest", "-x", "-q", "--tb=no", "-p", "no:cacheprovider", f"--ignore={OWN}",
+    ".venv-dev/bin/python", "-m", "pytest", "-x", "-q", "--tb=no", "-p", "no:cacheprovider", f"--ignore={OWN}",
     "-m", "not integration and not long",
 ]  # fmt: skip
-DRAWS = [".venv/bin/python", "bench/drawn_flights.py", "--rounds"]
-SEARCH = [".venv/bin/python", "bench/first_violation.py"]
+DRAWS = [".venv-dev/bin/python", "bench/drawn_flights.py", "--rounds"]
+SEARCH = [".venv-dev/bin/python", "bench/first_violation.py"]
 AGAIN = 60  # flights of a corpus that the unchanged copy flies again
 
 
@@ -179,10 +179,10 @@ class Copy:
             if (ROOT / file).is_file():
                 (folder / file).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy2(ROOT / file, folder / file)
-        (folder / ".venv").symlink_to(ROOT / ".venv")
+        (folder / ".venv-dev").symlink_to(ROOT / ".venv-dev")
         packages = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["hatch"]["build"]["targets"]["wheel"]
         roots = dict.fromkeys(str(folder / Path(package).parent) for package in packages["packages"])
-        self._environment = os.environ | {"PYTHONPATH": os.pathsep.join(roots)}  # before those of .venv
+        self._environment = os.environ | {"PYTHONPATH": os.pathsep.join(roots)}  # before those of .venv-dev
 
     def put(self, mutant: Mutant) -> Callable[[], None]:
         """Put `mutant` in; return what takes it out."""

@@ -1,9 +1,9 @@
 """Mutants: seeded defects of the safety path, and what finds each: the suite, drawn flights, any other command.
 
-    .venv/bin/python bench/mutants.py [--columns suite draws] [--out runs/mutants]
-    .venv/bin/python bench/mutants.py --columns search search-draws
-    .venv/bin/python bench/mutants.py --column 'worst=.venv/bin/flockwire study worst.toml --search' --columns worst
-    .venv/bin/python bench/mutants.py --only 'ladder: blind landing hovers' --again
+    .venv-dev/bin/python bench/mutants.py [--columns suite draws] [--out runs/mutants]
+    .venv-dev/bin/python bench/mutants.py --columns search search-draws
+    .venv-dev/bin/python bench/mutants.py --column 'worst=.venv/bin/flockwire study worst.toml --search' --columns worst
+    .venv-dev/bin/python bench/mutants.py --only 'ladder: blind landing hovers' --again
 
 bench/mutants/ has them as tables: a name, what is wrong, a file, and the text that replaces another. Each is put into a
 copy of the tree, where each column runs until it finds it: exit status 1. `suite` runs the module's own tests, then

@@ -1,7 +1,7 @@
 """Two stations give an order each, in virtual time: every pair of orders, in every situation, on slow networks.
 
-    .venv/bin/python bench/order_pairs.py [--draws 8] [--jobs 2]
-    .venv/bin/python bench/order_pairs.py --first start --second land --situation "in the air" --seed 3
+    .venv-dev/bin/python bench/order_pairs.py [--draws 8] [--jobs 2]
+    .venv-dev/bin/python bench/order_pairs.py --first start --second land --situation "in the air" --seed 3
 
 A draw has the time between the two orders (up to 3 s), what each station's messages take there (up to 3 s; for half of
 the draws a hundredth of a second) and back (up to 1 s); the stations' clocks are 0.2 s apart. The swarm is judged when

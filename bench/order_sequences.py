@@ -1,7 +1,7 @@
 """Random sequences of orders from two terminals and a page, in virtual time: the last one to come down holds.
 
-    .venv/bin/python bench/order_sequences.py [--draws 2000] [--jobs 2] [--first 0]
-    .venv/bin/python bench/order_sequences.py --seed 3
+    .venv-dev/bin/python bench/order_sequences.py [--draws 2000] [--jobs 2] [--first 0]
+    .venv-dev/bin/python bench/order_sequences.py --seed 3
 
 A draw has three to seven orders, 0.02 to 2 s apart, then one to hold or to land. Each order of a terminal is a process
 of its own, which takes up to 1.5 s until it is linked and knows nothing before; the page's orders that go down end its

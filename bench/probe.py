@@ -1,6 +1,6 @@
 """The conformance probe on random graphs: what it finds and how long it takes, as a table.
 
-.venv/bin/python bench/probe.py [--agents 8] [--graphs 3] [--mode peers]
+.venv-dev/bin/python bench/probe.py [--agents 8] [--graphs 3] [--mode peers]
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """A multirotor of rotorpy in the place of the simulated airframe: rotors, attitude, rotor drag, in the same world.
 
-    uv pip install --python .venv -r bench/rotorpy.txt
+    uv pip install --python .venv-dev -r bench/rotorpy.txt
 
 Attitude and rotors delay its answer to a step of the commanded velocity like a dead time of OWN_DELAY and a lag that is
 QUICKER than its velocity loop's (fitted, as `flockwire identify` does). Its loop is set, and its commands are delayed,
@@ -27,7 +27,7 @@ try:
     from rotorpy.vehicles.crazyflie_params import quad_params
     from rotorpy.vehicles.multirotor import Multirotor
 except ModuleNotFoundError as error:
-    raise SystemExit(f"this needs rotorpy ({error}): uv pip install --python .venv -r bench/rotorpy.txt") from None
+    raise SystemExit(f"this needs rotorpy ({error}): uv pip install --python .venv-dev -r bench/rotorpy.txt") from None
 
 STEP = SECOND // 500  # ns, of the attitude loop
 OWN_DELAY, QUICKER = 0.137, 0.065  # s

@@ -1,6 +1,6 @@
 """What mutual TLS and access control cost: the paper's flight with and without them, in turn, in one run.
 
-    .venv/bin/python bench/security.py [--rounds 3] [--seconds 15]
+    .venv-dev/bin/python bench/security.py [--rounds 3] [--seconds 15]
 
 Each round flies both; the ratios are those of the medians over the rounds.
 """

@@ -1,6 +1,6 @@
 """How much faster than real time virtual flights are, and what a drone costs in swarms of 5 to 200.
 
-    .compiled/bin/python bench/sim_speed.py [SECONDS]      (after scripts/compile; .venv/bin/python: not compiled)
+    .compiled/bin/python bench/sim_speed.py [SECONDS]      (after scripts/compile; .venv-dev/bin/python: not compiled)
 
 One process, one core. Every figure is the best of three; starting up is not counted.
 """

@@ -1,7 +1,7 @@
 """A long flight of the paper's swarm: memory stays flat, nothing is lost, nothing is skipped.
 
     .compiled/bin/python bench/soak.py --virtual 7200      (s of flight in virtual time, in this process)
-    .venv/bin/python bench/soak.py --real 1800             (s of flight by `flockwire up`, in real processes)
+    .venv-dev/bin/python bench/soak.py --real 1800             (s of flight by `flockwire up`, in real processes)
 
 Memory is the resident set, MB: after five minutes, at the end, and the most in between. A leader that flies on at
 0.14 m/s would leave any fence within two hours: here it circles, with the paper's law, formation and graph.

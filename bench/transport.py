@@ -1,6 +1,6 @@
 """What messages cost through flockwire's session, Zenoh, CycloneDDS, MQTT and UDP: latency and processor time.
 
-    .venv/bin/python bench/transport.py [--rounds 5] [--seconds 4] [--only NAME ...]
+    .venv-dev/bin/python bench/transport.py [--rounds 5] [--seconds 4] [--only NAME ...]
 
 Two tests at 100 Hz, between processes of this host. Ping-pong: the round trip between two. Fan-out: the way from one to
 five. All transports take turns in each round, and every figure is the median of the rounds: compare those of one run.

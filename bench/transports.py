@@ -218,7 +218,7 @@ class Transport:
 
 def transports() -> Iterator[Transport]:
     """Yield all, first flockwire and those that encrypt, then flockwire without security and those that do not."""
-    install = "uv pip install --python .venv -r bench/requirements.txt"
+    install = "uv pip install --python .venv-dev -r bench/requirements.txt"
     dds = "" if find_spec("cyclonedds") else install
     server = "" if transport_broker.program() else f"apt-get install {transport_broker.BROKER}"
     mqtt = "; ".join(filter(None, ("" if find_spec("aiomqtt") else install, server)))
