@@ -12,7 +12,7 @@ from flockwire.domain.motion import LeaderMotion
 from flockwire.domain.vector import ZERO, Vector
 from flockwire.law import Decision, LawSettings, Observation
 
-ObserverStep = Callable[[Vector, Sequence[tuple[float, Vector]], ObserverParameters, float], Vector]
+ObserverStep = Callable[[Vector, Sequence[tuple[float, Vector]], ObserverParameters, float], Sequence[float]]
 
 
 @mypyc_attr(allow_interpreted_subclasses=True)
@@ -42,7 +42,8 @@ class PaperLaw:
             self._leader = observation.motion.position
         previous, settings, dt = self._leader, self._settings, observation.dt
         estimates = [(one.weight, one.motion.position) for one in observation.neighbour_estimates]
-        self._leader = self._observe(previous, estimates, settings.observer, dt)
+        x, y, z = self._observe(previous, estimates, settings.observer, dt)
+        self._leader = (float(x), float(y), float(z))  # another observer may return an array
         if dt > 0.0:
             constant = settings.velocity_time_constant
             self._velocity = rate_estimate(self._velocity, previous, self._leader, dt, constant)
