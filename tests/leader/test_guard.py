@@ -66,6 +66,7 @@ CLAUSES = {
 }  # fmt: skip
 
 
+@pytest.mark.sources  # replaces compiled functions
 @pytest.mark.parametrize("name", CLAUSES)
 def test_without_the_clause_it_goes_wrong(
     name: str, flying: Callable[..., Any], monkeypatch: pytest.MonkeyPatch

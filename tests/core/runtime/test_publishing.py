@@ -1,3 +1,4 @@
+import pytest
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.runtime import publishing as module
@@ -9,6 +10,7 @@ T0 = 1_700_000_000 * SECOND
 BATCHED, POSE = Key(BATCH, "gateway"), Key("pose", "uav1")
 
 
+@pytest.mark.sources  # replaces compiled functions
 def test_a_batch_that_is_due_waits_where_its_sender_is_called_apart_from_what_is_urgent(monkeypatch, make_plan):
     now, sent = T0, []
 
