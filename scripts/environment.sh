@@ -86,7 +86,7 @@ sync_environment() { # run, dev or compiled
   exec 9> build/lock # two scripts share the folder build
   if command -v flock > /dev/null; then flock 9; fi
   if is_current "$place" "$place/bin/python" "${sources[@]}"; then return; fi # another one has made it
-  if pgrep -f "^$PWD/$place/bin/" > /dev/null; then
+  if pgrep -f "^$PWD/$place/bin/" > /dev/null 2>&1; then
     echo "flockwire: the sources have changed, and processes run from $place: end them first" >&2
     return 2
   fi

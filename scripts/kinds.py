@@ -30,7 +30,9 @@ HOMONYMS = {  # words that mean something else there
     ("core/flockwire/swarm/ros_rules.py", "gateway"),
     ("station/flockwire_station/idle_options.py", "ros"),  # a source of poses
     ("core/flockwire/swarm/reading.py", "leader"),  # a table of the swarm file
+    ("core/flockwire/loading.py", "leader"),
     ("station/flockwire_station/initial.py", "leader"),
+    ("station/flockwire_station/answers.py", "leader"),
     ("core/flockwire/runtime/configuration.py", "router"),  # Zenoh's own modes
     ("core/flockwire/runtime/ros_node.py", "router"),
     ("probe/flockwire_probe/attackers.py", "router"),

@@ -8,18 +8,20 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 import typer
+from flockwire.swarm.airframes import AIRFRAMES
 from typer.core import TyperGroup
 
 from flockwire_cli import airframes, files, flights, kinds, orders, traces, tracker
 from flockwire_cli.arguments import application
 from flockwire_cli.entry import print_version
 
+OF_AIRFRAMES = tuple(row.command.rpartition(":")[2].replace("_", "-") for row in AIRFRAMES if row.command)
 SECTIONS = {
     "A swarm": ("init", "check", "convert", "keys", "deploy"),
     "Flights": ("up", "sim", "study", "conduct", "status", "console", "teleop"),
     "Orders in flight": ("start", "formation", "hold", "land", "stop"),
     "Traces of flights": ("report", "view", "animate", "compare", "export", "recover"),
-    "Trackers, drones, links": ("tracker", "align", "identify", "tello-sim", "probe"),
+    "Trackers, drones, links": ("tracker", "align", "identify", *OF_AIRFRAMES, "probe"),
     "Single processes, which `up` starts together": tuple(kinds.KINDS),
 }
 

@@ -1,5 +1,6 @@
 """What hatch_build.py compiles: whole folders, with the folders in them."""
 
+import importlib.util
 import subprocess
 import sys
 import sysconfig
@@ -9,7 +10,7 @@ from types import SimpleNamespace
 from unittest.mock import MagicMock
 
 import pytest
-from build_hook import build_hook
+from build_hook import build_hook, compiled_files
 
 ROOT = Path(__file__).parents[2]
 
@@ -28,6 +29,18 @@ def test_all_modules_of_a_compiled_folder_are_compiled_but_those_left_alone(hook
     assert missing == hook.LEFT_ALONE
     assert ROOT / "core/flockwire/control/around/way_round.py" in compiled
     assert all(file.is_file() for file in compiled)
+
+
+def test_the_form_that_is_tested_is_that_of_the_environment():
+    """The wheel is compiled, and nothing of the checkout is imported beside it; else all is of the checkout."""
+    made = Path(sys.prefix, "flockwire-made")
+    form = made.read_text().strip() if made.exists() else "editable"
+    modules = (".".join(file.relative_to(ROOT).with_suffix("").parts[1:]) for file in compiled_files())
+    origins = {Path(str(importlib.util.find_spec(module).origin)) for module in modules}
+    assert {origin.suffix for origin in origins} == {".so" if form == "compiled" else ".py"}
+    inside = ROOT.glob("*/flockwire*") if form == "editable" else [Path(sys.prefix)]
+    folders = [folder.resolve() for folder in inside]
+    assert all(any(origin.is_relative_to(folder) for folder in folders) for origin in origins)
 
 
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
