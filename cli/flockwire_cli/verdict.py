@@ -74,7 +74,7 @@ def _report(trace: Path, out: Path, verbose: bool) -> Iterable[str]:
 def print_figures(summary: Summary, verbose: bool = True) -> tuple[str, ...]:
     """Print the key figures and the checks, or a summary; returns a sentence for each failed check."""
     for line in key_figures(summary) if verbose else brief_figures(summary):
-        print(f"  {line}")
+        print(f"  {printable(line)}")  # names of bodies and drones are a trace's
     return summary.failures()
 
 
