@@ -91,6 +91,7 @@ def teleop(swarm: SwarmFile, keys: Keys = None) -> None:
     """Steer a teleoperated leader by a gamepad, or by the keys of this terminal."""
     from flockwire_station.teleop import steer  # noqa: PLC0415  (zenoh)
     from flockwire_station.terminal.gamepad import plugged_in  # noqa: PLC0415
+    from flockwire_station.terminal.keyboard import attached  # noqa: PLC0415
 
     plan = load(swarm)
     if plan.swarm.leader.kind != "teleoperated":
@@ -98,7 +99,7 @@ def teleop(swarm: SwarmFile, keys: Keys = None) -> None:
     gamepad, note = plugged_in(plan.swarm.leader.speed)
     if note:
         print(f"flockwire: {note}", file=sys.stderr)
-    if gamepad is None and not sys.stdin.isatty():
+    if gamepad is None and not attached():
         refuse("there is no terminal to read keys from, and no gamepad")
     warn_of(plan.swarm)
     with refused(), unblocked():
