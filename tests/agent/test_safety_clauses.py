@@ -38,7 +38,7 @@ def alone(**taken: Any) -> Callable[..., Any]:
 
 def zero_where_impossible(*problem: Any) -> Any:
     v, violation = nearest_velocity(*problem)
-    return (ZERO if violation else v), violation
+    return (ZERO if violation else v), 0.0
 
 
 @dataclass(frozen=True)

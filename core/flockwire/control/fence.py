@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import hypot, inf
+from math import hypot, inf, sqrt
 from typing import Final
 
 from flockwire.control.barrier import approach_speed, keep_inside
-from flockwire.control.plane_polygon import Corner, clearance, edges, inward_normal, nearest_on_edge
+from flockwire.control.plane_polygon import Corner, clearance, edges, inward_normal, nearest_on_edge, sharpness
 from flockwire.control.safety_filter import HalfSpace
 from flockwire.domain.frozen import Frozen
 from flockwire.domain.vector import Vector
@@ -68,6 +68,12 @@ class Room(Frozen):
             if distance <= 0.0 and along < 0.0:
                 velocity = (velocity[0] - along * nx, velocity[1] - along * ny, velocity[2])
         return velocity
+
+    @property
+    def braking_share(self) -> float:
+        """The share of an acceleration that each side may require, so that all that meet in a corner can at once."""
+        share = min(sqrt(0.5), sharpness(self.corners)) if self.corners else sqrt(0.5)
+        return share / hypot(1.0, share)  # floor or ceiling besides
 
     def half_spaces(
         self,

@@ -17,10 +17,14 @@ from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
 
 BODY_TIME_CONSTANT = 0.05  # s, of the trackers of nearby bodies
-UNSEEN: Final = 0.1  # m between the own stopping way and what others see of it, from which both count
+UNSEEN: Final = 0.04  # m between the own stopping way and what others see of it, from which both count
 STOPPING_DISTANCE_FACTOR: Final = 1.25  # stopping-distance factor: the airframe is known to about 20 %
 TOUCHING: Final = 0.2  # m/s, added to the vertical speed: the highest speed in take-off and landing below the floor
 _TOUCHES: Final = 1e-9  # m/s from a constraint within which a velocity is held by it
+_MOVER: Final = 0  # the ranks of half-spaces: what cannot all be satisfied is given up from below
+_FIXED: Final = 1  # walls, obstacles
+_HALT: Final = 2  # as far as standing still satisfies what other drones ask, or the spaces of lost bodies
+_FLIGHT: Final = 3  # what they ask beyond that
 _BODY_MARKS = {
     BodyKind.DRONE: "guard: a drone",
     BodyKind.OBSTACLE: "guard: an obstacle",
@@ -68,8 +72,10 @@ class Guard:
         self._tracks = BodyTracks(BODY_TIME_CONSTANT)
         self._own: VelocityTracker | None = None  # as late as the others are: both of two see the same velocities
         self._epoch = 0  # Unix ns, time 0 of the tracks
-        self._kinds: list[BodyKind] = []  # of the bodies that constrain the velocity
-        self._uncertain: list[int] = []  # the places of those that may be elsewhere: the spaces of lost bodies
+        self._asking: list[Body] = []  # the bodies that constrain the velocity, one for each half-space
+        self._share = parameters.room.braking_share
+        self.is_cornered = False  # no velocity within the limits satisfies what a mover asks
+        self.cornered = 0  # how often it came to that
         self._active = 0  # the constraints that held the last velocity, a bit each
         self._clauses = Holding()
 
@@ -100,25 +106,77 @@ class Guard:
         room, braking = own.room, own.acceleration
         floor = room.low[2] if grounding else own.floor
         recovery = own.vertical_speed if grounding else inf  # a landing must not fly back at full speed, but descend
-        spaces += room.half_spaces(motion.position, motion.stopping, floor, self._rate, braking, speed, recovery)
+        at_once = braking * self._share
+        spaces += room.half_spaces(motion.position, motion.stopping, floor, self._rate, at_once, speed, recovery)
         lowest = min(-own.vertical_speed - TOUCHING, last[2] + braking * dt) if grounding else -inf
         if grounding:  # the ground may be nearer than the pose has it
             spaces.append((0.0, 0.0, 1.0, lowest))
         centre, radius, sliver = speed_and_acceleration(last, speed, braking * dt)
-        if sliver is not None:
-            spaces.append(sliver)
-        # If not all can be satisfied, the sliver may be violated, but not the limit of speed.
-        v, violation = nearest_velocity(seen, spaces, radius, centre, self._uncertain)
+        every = spaces if sliver is None else [*spaces, sliver]
+        v, violation = nearest_velocity(seen, every, radius, centre)
+        was, self.is_cornered = self.is_cornered, False
+        if violation > 0.0:
+            v = self._compromise(seen, spaces, sliver, last, speed, braking * dt)
+        self.cornered += self.is_cornered and not was
         vx, vy, vz = v
         dx, dy, dz = vx - centre[0], vy - centre[1], vz - centre[2]
         rim = radius - _TOUCHES
-        active = 8 + 4 * (violation > 0.0) + 2 * (seen != wanted) + (dx * dx + dy * dy + dz * dz > rim * rim)
-        for x, y, z, b in spaces:
+        active = 16 + 8 * self.is_cornered + 4 * (violation > 0.0) + 2 * (seen != wanted)
+        active += dx * dx + dy * dy + dz * dz > rim * rim
+        for x, y, z, b in every:
             active = 2 * active + (x * vx + y * vy + z * vz < b + _TOUCHES)
         if active != self._active:
             self._active = active
-            self._mark(active, spaces, sliver is not None, centre == last)
-        return limit((vx, vy, max(vz, lowest)), max(speed, norm(last)))  # nor if not all can be satisfied
+            self._mark(active, every, sliver is not None, centre == last)
+        return limit((vx, vy, max(vz, lowest)), max(speed, norm(last)))
+
+    def _compromise(
+        self,
+        wanted: Vector,
+        spaces: list[HalfSpace],
+        sliver: HalfSpace | None,
+        last: Vector,
+        speed: float,
+        change: float,
+    ) -> Vector:
+        """Return the velocity where not all can be satisfied, by the ranks of what is asked; set `is_cornered`.
+
+        If only the acceleration forbids more, it is the step from `last`, `change` m/s at most, straight to the nearest
+        velocity that satisfies more, but movers get all that they can in this step; else the nearest to `wanted`.
+        """
+        given, ranks = self._ranked(spaces)
+        there, _ = nearest_velocity(last, given, speed, ZERO, ranks)
+        way = subtract(there, last)
+        movers = [space for space, rank in zip(given, ranks, strict=False) if rank == _MOVER]
+        if norm(way) <= change:
+            v, _ = nearest_velocity(wanted, given, change, last, ranks)
+        else:
+            first = movers if sliver is None or not movers else [*movers, sliver]
+            v, _ = nearest_velocity(add(last, limit(way, change)), first, change, last)
+        v = limit(v, max(speed, norm(last)))
+        x, y, z = v
+        self.is_cornered = any(nx * x + ny * y + nz * z < b - _TOUCHES for nx, ny, nz, b in movers)
+        return v
+
+    def _ranked(self, spaces: list[HalfSpace]) -> tuple[list[HalfSpace], list[int]]:
+        """Return the half-spaces, and the ranks of those of bodies, which come first.
+
+        Another drone, or what may be elsewhere, asks for flight in a rank of its own.
+        """
+        found: list[HalfSpace] = []
+        ranks: list[int] = []
+        for body, space in zip(self._asking, spaces, strict=False):
+            x, y, z, least = space
+            rank = _MOVER if body.kind is BodyKind.MOVER else _FIXED
+            if body.kind is BodyKind.DRONE or (rank == _FIXED and body.velocity != ZERO):  # its surface grows
+                rank = _HALT
+                if least > 0.0:
+                    found.append((x, y, z, 0.0))
+                    ranks.append(_HALT)
+                    rank = _FLIGHT
+            found.append(space)
+            ranks.append(rank)
+        return found + spaces[len(self._asking) :], ranks
 
     def _mark(self, active: int, spaces: list[HalfSpace], sliver: bool, changes: bool) -> None:
         """Record the constraints that hold the velocity, by the bits of `active`, the newest space lowest."""
@@ -126,8 +184,8 @@ class Guard:
         for place, (_, _, z, _) in enumerate(spaces):
             if not active >> (count - 1 - place) & 1:
                 continue
-            if place < len(self._kinds):
-                found.append(_BODY_MARKS[self._kinds[place]])
+            if place < len(self._asking):
+                found.append(_BODY_MARKS[self._asking[place].kind])
             elif sliver and place == count - 1:
                 found.append("guard: the speed, while it changes")
             else:
@@ -139,6 +197,8 @@ class Guard:
             found.append("guard: the sight")
         if rest & 4:
             found.append("guard: no velocity satisfies all")
+        if rest & 8:
+            found.append("guard: no velocity satisfies what a mover asks")
         self._clauses.update(tuple(found))
 
     def tracked(self, motion: Motion, bodies: Sequence[Body], stamp: int) -> list[Body]:
@@ -167,8 +227,7 @@ class Guard:
             seen = scale(tracked, horizon)  # `own` as the other drones see it
             ways = [own, seen] if dist(own, seen) > UNSEEN else alone
         found: list[HalfSpace] = []
-        self._kinds.clear()
-        self._uncertain.clear()
+        self._asking.clear()
         for place, body in enumerate(bodies):
             x, y, z = body.relative_position
             vx, vy, vz = body.velocity
@@ -184,8 +243,6 @@ class Guard:
                     (vx, vy, vz), drone, distance, rate, parameters.acceleration, speed, recovery,
                 )  # fmt: skip
                 if space is not None:
-                    if body.kind is BodyKind.OBSTACLE and body.velocity != ZERO:  # its surface grows
-                        self._uncertain.append(len(found))
                     found.append(space)
-                    self._kinds.append(body.kind)
+                    self._asking.append(body)
         return found

@@ -13,7 +13,7 @@ HalfSpace = tuple[float, float, float, float]
 
 _TOLERANCE: Final = 1e-12  # m/s, tolerance of a half-space for rounding
 _PARALLEL = 1e-9  # sine of the angle below which two planes count as parallel
-_UNCERTAIN: Final = 0.5  # weight of the violation of an uncertain half-space
+_RELAXED: Final = 4e-12  # m/s by which a kept half-space is relaxed for rounding
 
 
 def nearest_velocity(
@@ -21,14 +21,15 @@ def nearest_velocity(
     half_spaces: Sequence[HalfSpace],
     radius: float,
     centre: Vector = ZERO,
-    uncertain: Sequence[int] = (),
+    ranks: Sequence[int] = (),
 ) -> tuple[Vector, float]:
     """Return the velocity v, m/s, and the largest violation t >= 0, m/s, that it could not avoid.
 
-        minimise |v − wanted|   subject to   w_k n_k·v >= w_k b_k − t,   |v − centre| <= radius        (ours)
+        minimise |v − wanted|   subject to   n_k·v >= b_k − t_r,   |v − centre| <= radius        (ours)
 
-    with t the smallest for which such a velocity exists: 0 as long as the half-spaces and the ball have a common point.
-    The weight w_k is 1, or 1/2 for the half-spaces whose places are in `uncertain`: these are violated more.
+    with t_r, for the half-spaces of rank r, the smallest for which such a velocity exists, first for the lowest rank,
+    then for the next: no rank is violated for a higher one. All are 0 as long as the half-spaces and the ball have a
+    common point. Half-spaces beyond the end of `ranks` have rank 1.
     The half-spaces are added one by one. If one is violated, the solution is on its plane, and there, again one by one,
     on the line of two planes or at the point of three: exact, in linear time on average.
     """
@@ -38,14 +39,15 @@ def nearest_velocity(
     v, failed = _solve(goal, False, shifted, radius)
     violation = 0.0
     if failed < len(shifted):
-        weights = [_UNCERTAIN if place in uncertain else 1.0 for place in range(len(shifted))]
-        weighted = [(w * x, w * y, w * z, w * b) for w, (x, y, z, b) in zip(weights, shifted, strict=True)]
-        v, violation = _least_violation(v, failed, weighted, radius)
-        relaxed = [
-            (x, y, z, b - violation / w - 4.0 * _TOLERANCE) for w, (x, y, z, b) in zip(weights, shifted, strict=True)
-        ]
-        nearest, failed = _solve(goal, False, relaxed, radius)
-        if failed == len(relaxed):
+        kept: list[HalfSpace] = []
+        all_ranks = [*ranks, *[1] * (len(shifted) - len(ranks))]
+        for rank in sorted(set(all_ranks)):
+            planes = [plane for plane, own in zip(shifted, all_ranks, strict=True) if own == rank]
+            v, least = _least_violation(planes, kept, radius)
+            violation = max(violation, least)
+            kept += [(x, y, z, b - least - _RELAXED) for x, y, z, b in planes]
+        nearest, failed = _solve(goal, False, kept, radius)
+        if failed == len(kept):
             v = nearest
     return (v[0] + cx, v[1] + cy, v[2] + cz), violation
 
@@ -134,20 +136,21 @@ def _on_line(goal: Vector, ahead: bool, planes: Sequence[HalfSpace], i: int, j: 
     return (px + t * dx, py + t * dy, pz + t * dz)
 
 
-def _least_violation(v: Vector, first: int, planes: Sequence[HalfSpace], radius: float) -> tuple[Vector, float]:
-    """Return the point of the ball whose largest violation is least, and that violation.
+def _least_violation(planes: Sequence[HalfSpace], kept: list[HalfSpace], radius: float) -> tuple[Vector, float]:
+    """Return the point of the ball whose largest violation of `planes` is least, and that violation.
 
-    `v` satisfies all planes before `first`. If plane i is violated by more than all before it, it is the worst one at
-    the new best point: the farthest point along n_i that violates no earlier plane j more than plane i.
+    It satisfies all that is `kept`. If plane i is violated by more than all before it, it is the worst one at the new
+    best point: the farthest point along n_i that violates no earlier plane j more than plane i.
 
         b_j − n_j·v <= b_i − n_i·v
     """
+    v, failed = _solve(ZERO, False, [*kept, *planes], radius)
     worst = 0.0
-    for i in range(first, len(planes)):
+    for i in range(max(failed - len(kept), 0), len(planes)):
         x, y, z, b = planes[i]
         if b - x * v[0] - y * v[1] - z * v[2] <= worst + _TOLERANCE:
             continue
-        bisectors = []
+        bisectors = kept.copy()
         for ox, oy, oz, c in planes[:i]:
             mx, my, mz = ox - x, oy - y, oz - z
             length = hypot(mx, my, mz)

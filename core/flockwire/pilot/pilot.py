@@ -44,7 +44,7 @@ from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import STOP, Key
 from flockwire.wire.phase import Phase
-from flockwire.wire.status import Reason, Report
+from flockwire.wire.status import CORNERED, Reason, Report
 
 AIRBORNE: Final = frozenset({FlightState.FLYING, FlightState.LANDING})
 LEFT_OUT: Final = "left out of this flight"
@@ -54,6 +54,7 @@ HELD_UP: Final = Reason(
 WOKE: Final = Reason("rung: woke, refuses", "was frozen, reads what waits for it")
 OVERSLEPT: Final = Reason("rung: woke, land", "was frozen as it took off: its driver lands it")
 SET_DOWN: Final = Reason("rung: set down, land", "its driver lands it")
+NO_WAY: Final = Reason(CORNERED, "no velocity within its limits avoids a person", "keep persons away from it")
 DRIVER_LOST = 10.0  # s of silence after which a driver counts as dead
 LONGEST_STEP: Final = 0.1  # s: longer pauses count as this
 OVERDUE: Final = 0.3  # s, age of telemetry that comes ten times a second
@@ -189,6 +190,11 @@ class Pilot:
             if place is not None:
                 taken = no_place(place, position, self.bodies, self._parameters.separation, self._room)
             reasons = self._off_place.reasons(formation_error, position, self._wanted, given, now, taken)
+        counts, guard = self.flight.orders.counts, self._guard
+        if guard is not None and guard.cornered:
+            counts = (*counts, (CORNERED, guard.cornered))
+            if guard.is_cornered and self.flight.phase in IN_FLIGHT:
+                reasons = (*reasons, NO_WAY)
         return Report(
             self.flight.phase, detail, formation_error,
             (now - pose.stamp) / SECOND if pose is not None else -1.0,
@@ -197,7 +203,7 @@ class Pilot:
             (now - telemetry.stamp) / SECOND if telemetry is not None else -1.0,
             telemetry.battery if telemetry is not None else -1.0,
             self.flight.mission,
-            counts=self.flight.orders.counts,
+            counts=counts,
             position=pose.position if pose is not None else None,
             concurrent=self.flight.orders.concurrent,
             order_age=self.flight.orders.age(now),

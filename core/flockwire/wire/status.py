@@ -21,6 +21,7 @@ LEFT_OUT = "estimate left out"  # of the reason that names neighbours whose esti
 PLACE = "place"  # of the reason that names the place which a follower holds by the auction
 NO_PLACE_YET = "no place yet"  # of the reason of a follower that holds none, though such a formation is ordered
 APART = "body apart"  # of the reason of a drone whose tracked body does not move as commanded
+CORNERED = "cornered"  # of the reason, and of the count, of a drone without a way from a person (or another mover)
 HOLDS = "holds place "  # before the rank, in the text of PLACE
 MOST_DIGITS = 4  # of a rank
 OTHERS = "others"  # the sum of unnamed rejections

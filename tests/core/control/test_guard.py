@@ -1,12 +1,13 @@
 """The safety filter by itself; tests/agent/test_safety_clauses.py flies each of its clauses."""
 
-from math import hypot
+from math import dist, exp, hypot
 
 import pytest
 from flockwire.control.guard import Guard
 from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.motion import Motion
 from flockwire.domain.time import SECOND
+from flockwire.domain.vector import add, norm, scale, subtract
 from flockwire.parameters import guard_parameters
 
 
@@ -145,15 +146,18 @@ def test_only_the_floor_is_open_for_a_landing(parameters, grounding):
 @pytest.mark.parametrize("growth", [0.8, 0.0])
 def test_between_a_wall_and_the_space_of_a_lost_body_the_wall_is_kept_clear_of(make_swarm, growth):
     """A search found it: 0.081 m from a pole. Both ask for more than there is; the lost body may be elsewhere."""
-    swarm = make_swarm({"control.law": "extended"})
-    filtered, last = Guard(guard_parameters(swarm, 1)), (0.0, 0.0, 0.0)
+    parameters = guard_parameters(make_swarm({"control.law": "extended"}), 1)
+    filtered, last = Guard(parameters), (0.0, 0.0, 0.0)
     motion = Motion((0.0, 0.0, 1.0), last, (0.0, 0.0, 1.0))
     wall = Body(BodyKind.OBSTACLE, (-0.5, 0.0, 0.0), 0.3)
     lost = Body(BodyKind.OBSTACLE, (1.0, 0.0, 0.0), 0.8, (-growth, 0.0, 0.0))
     for step in range(1, 40):
         at = step * SECOND // 100
         last = filtered.velocity((0.0, 0.0, 0.0), motion, (wall, lost), at, at, last, 0.01, 3.0, False)
-    assert last[0] == pytest.approx(-0.05 if growth else 0.0, abs=0.005)  # -0.4 if both counted alike
+    too_near = 0.3 + parameters.separation.obstacle - 0.5
+    assert last[0] == pytest.approx(
+        parameters.rate * too_near if growth else 0.0, abs=0.005
+    )  # -0.4 if both counted alike
 
 
 @pytest.mark.parametrize(("seen", "share"), [(1, 0.5), (30, 0.7)], ids=["for the first time", "standing"])
@@ -184,3 +188,100 @@ def test_of_two_that_descend_together_neither_counts_on_passing_below_the_other(
         bodies = filtered.tracked(motion, (aside,), at)
         last = filtered.velocity((1.0, 0.0, -1.2), motion, bodies, at, at, last, 0.01, 3.0, False)
     assert last[0] <= 0.7 * parameters.rate * gap + 1e-9
+
+
+def halted(parameters, *bodies, last=(0.0, 0.0, 0.0), steps=1):
+    """Return the filter and the velocity of a drone that stands and wants to stand, after some steps."""
+    filtered, motion = Guard(parameters), Motion((0.0, 0.0, 1.0), last, (0.0, 0.0, 1.0))
+    for step in range(1, steps + 1):
+        at = step * SECOND // 100
+        last = filtered.velocity((0.0, 0.0, 0.0), motion, bodies, at, at, last, 0.01, 3.0, False)
+    return filtered, last
+
+
+def coming(kind, speed, gap=0.0):
+    """Return a body behind, `gap` m beyond its safety distance, that comes at `speed` m/s."""
+    return Body(kind, (-(0.43 if kind is BodyKind.DRONE else 0.73) - gap, 0.0, 0.0), 0.4, (speed, 0.0, 0.0))
+
+
+WALL = Body(BodyKind.OBSTACLE, (0.63, 0.0, 0.0), 0.3)  # just at its safety distance
+NEIGHBOUR = Body(BodyKind.DRONE, (0.43, 0.0, 0.0), 0.0)
+
+
+def test_a_drone_that_asks_for_flight_does_not_drive_another_into_a_wall(parameters):
+    """It comes into sight at 2 m/s and asks for as much flight: half of that relaxed the wall."""
+    _, v = halted(parameters, coming(BodyKind.DRONE, 2.0), WALL, steps=30)
+    assert v == pytest.approx((0.0, 0.0, 0.0), abs=1e-6)
+
+
+@pytest.mark.parametrize("others", [(WALL,), (NEIGHBOUR,), (WALL, NEIGHBOUR)], ids=["wall", "drone", "both"])
+def test_a_trapped_drone_gives_way_to_a_person_first(parameters, others):
+    filtered, v = halted(parameters, coming(BodyKind.MOVER, 0.8), *others, steps=30)
+    assert v[0] >= 0.8 - 1e-6
+    assert (filtered.is_cornered, filtered.cornered) == (False, 1)  # once: it cannot be as fast at once
+
+
+def test_between_a_wall_and_a_drone_the_wall_is_kept_clear_of(parameters):
+    wall = Body(BodyKind.OBSTACLE, (0.53, 0.0, 0.0), 0.3)  # 0.1 m too near
+    _, v = halted(parameters, wall, Body(BodyKind.DRONE, (-0.43, 0.0, 0.0), 0.0), steps=30)
+    assert v[0] == pytest.approx(-0.1 * parameters.rate, abs=1e-6)
+
+
+def test_a_drone_without_a_way_from_a_person_says_so(parameters):
+    """At 9 m/s nobody gets away; each time is counted once."""
+    filtered, _ = halted(parameters, coming(BodyKind.MOVER, 9.0), steps=5)
+    assert (filtered.is_cornered, filtered.cornered) == (True, 1)
+    filtered, _ = halted(parameters, coming(BodyKind.MOVER, 0.01))
+    assert (filtered.is_cornered, filtered.cornered) == (False, 0)
+
+
+def test_where_only_the_acceleration_forbids_it_goes_straight_to_what_satisfies_all(parameters):
+    """Two bodies ahead, one of them much farther to the side: braking is best for both, not the way between them."""
+    bodies = (Body(BodyKind.OBSTACLE, (0.7, 0.0, 0.0), 0.3), Body(BodyKind.OBSTACLE, (0.0, 0.62, 0.0), 0.3))
+    last = (1.5, 1.5, 0.0)
+    _, v = halted(parameters, *bodies, last=last)
+    assert hypot(*(a - b for a, b in zip(v, last, strict=True))) == pytest.approx(0.1)
+    x, y, _ = (a - b for a, b in zip(v, last, strict=True))
+    free = (0.07 * parameters.rate, -0.01 * parameters.rate)
+    assert x / y == pytest.approx((free[0] - 1.5) / (free[1] - 1.5), abs=1e-6)
+
+
+def test_of_two_that_slip_past_each_other_neither_counts_on_what_the_other_has_not_seen(make_swarm):
+    """One above the other, each bang-bang to the other side: 0.419 m with nothing violated."""
+    swarm = make_swarm({"control.law": "extended", "limits.fence": {"min": [-9.0, -9.0, -9.0], "max": [9.0, 9.0, 9.0]}})
+    parameters = guard_parameters(swarm, 1)._replace(slowness=0.35, speed=1.05, floor=-8.0)
+    nearest, period, across, push = 9.0, 0.57, 0.58, 1.6
+    pair = [Slow((0.0, 0.0, 0.0), parameters), Slow((0.05, 0.0, 0.6), parameters)]
+    for step in range(1, 400):
+        at, here = step * SECOND // 100, [one.position for one in pair]
+        for k, one in enumerate(pair):
+            way = subtract(here[1 - k], here[k])
+            side = across if (int(step * 0.01 / period + k) % 2) == k else -across
+            one.command(add(scale(way, push / norm(way)), (0.0, side, 0.0)), way, at)
+        for one in pair:
+            one.fly()
+        nearest = min(nearest, dist(pair[0].position, pair[1].position))
+    assert nearest >= parameters.separation.drone - 0.002
+
+
+class Slow:
+    """A drone with 0.25 s of lag and 0.1 s of dead time, and its filter."""
+
+    def __init__(self, position, parameters):
+        self.position, self.velocity, self.last = position, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+        self.queue, self.filtered, self.speed = [self.last] * 10, Guard(parameters), parameters.speed
+
+    def command(self, wanted, other, at):
+        """Take a step with another drone at `other`, relative."""
+        stopping = add(self.position, scale(self.velocity, 0.25))
+        for underway in self.queue:
+            stopping = add(stopping, scale(underway, 0.01))
+        motion = Motion(self.position, self.velocity, stopping)
+        bodies = self.filtered.tracked(motion, (Body(BodyKind.DRONE, other, 0.0),), at)
+        self.last = self.filtered.velocity(wanted, motion, bodies, at, at, self.last, 0.01, self.speed, False)
+
+    def fly(self):
+        """Fly on for 10 ms."""
+        self.queue.append(self.last)
+        self.velocity = add(self.velocity, scale(subtract(self.queue.pop(0), self.velocity), 1.0 - exp(-0.04)))
+        self.position = add(self.position, scale(self.velocity, 0.01))
