@@ -20,6 +20,7 @@ from pathlib import Path
 from time import process_time
 
 import fault_judge
+import hostile
 import lost_body
 import order_sequences
 import swaps
@@ -59,9 +60,24 @@ def persons(seed: int) -> str:
     return _printed(visitor.fly, load(ROOT / "bench/separation/five.toml"), seed, PERSON)
 
 
+def laws(seed: int) -> str:
+    """Fly a law that knows no safety; return what was not kept."""
+    return _breached(hostile.fly(hostile.point_of(seed)))
+
+
+def trapped(seed: int) -> str:
+    """Fly such a law among people; return whether a person was not given way to, though there was a way."""
+    result = hostile.fly(hostile.point_of(seed), people=True)
+    return _breached(result) if "person" in result.breached else ""
+
+
 FAMILIES: tuple[tuple[Callable[[int], str], int], ...] = (
-    (faults, 1), (orders, 1), (lost, RARER), (names, RARER), (persons, RARER),
+    (faults, 1), (orders, 1), (lost, RARER), (names, RARER), (persons, RARER), (laws, 1), (trapped, RARER),
 )  # with the rounds from one flight to the next  # fmt: skip
+
+
+def _breached(result: hostile.Result) -> str:
+    return ", ".join(f"{what} {margin:+.3f} m" for what, margin in result.breached.items())
 
 
 def _printed(fly: Callable[..., bool], swarm: Swarm, *given: float) -> str:
