@@ -71,6 +71,7 @@ def test_there_are_shipped_swarms():
         ("limits.battery_land", 1.5, "limits.battery_land = 1.5: must be a number from 0 to 1"),
         ("gateway.dropout", 1.0, "gateway.dropout = 1.0: must be a number of 0 or more and below 1"),
         ("network.base_port", 80, "network.base_port = 80: must be a whole number from 1024 to 64000"),
+        ("control.parameters", 5, "control.parameters = 5: must be a table, { … }"),
         ("network.transport", "tcp", "network.transport = 'tcp': unknown key"),
         ("network.mode", "mesh", "network.mode = 'mesh': must be 'peers' or 'router'"),
         ("network.security", "tls", "network.security = 'tls': must be 'mtls' or 'none'"),

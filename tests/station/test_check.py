@@ -91,3 +91,9 @@ def test_the_description_shows_graph_bounds_formations_and_links(make_plan):
 def test_a_virtual_leader_is_described_too(make_plan):
     text = describe(make_plan({"leader.kind": "virtual", "drones.0": None}))
     assert "leader virtual" in text
+
+
+def test_checks_that_do_not_judge_are_listed(make_plan):
+    off = {"checks": {"formation_settled": False, "observation_tail": False}}
+    assert "not judged after a flight ([checks]): formation settled, observation tail" in describe(make_plan(off))
+    assert "not judged" not in describe(make_plan())

@@ -38,7 +38,10 @@ def _table(kind: Any) -> str:  # noqa: ANN401  (any type)
         return "a table, { … }"
     if members := kinds(kind):
         return f"a table whose kind is {one_of(members)}"
-    return "a table of tables, each with a name" if get_origin(kind) is dict else ""
+    if get_origin(kind) is not dict:
+        return ""
+    inner = plain(get_args(kind)[1])[0]
+    return "a table of tables, each with a name" if is_model(inner) or kinds(inner) else "a table, { … }"
 
 
 def _list(kind: Any, metadata: tuple[Any, ...]) -> str:  # noqa: ANN401  (any type)
