@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from flockwire.swarm.model import Swarm, uav
+from flockwire.swarm.wording import beside
 
 from flockwire_analysis import gaps, outcomes
 from flockwire_analysis.conformance import deviations
@@ -50,7 +51,10 @@ class Check:
         """Return the result as text."""
         if self.value is None:
             return self.reason
-        value = f"{self.value:.4g} {self.unit}".strip()
+        value = f"{self.value:.4g}"
+        if not self.ok and self.limit is not None and float(value) == self.limit:
+            value = beside(self.value, self.limit)
+        value = f"{value} {self.unit}".strip()
         return f"{value} ({self.reason})" if self.reason else value
 
     def sentence(self) -> str:

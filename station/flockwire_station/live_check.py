@@ -17,6 +17,7 @@ from flockwire.ground.fleet import IN_THE_AIR, STALE
 from flockwire.ground.preflight import has_flown
 from flockwire.runtime.session import Session
 from flockwire.swarm.model import uav
+from flockwire.swarm.wording import beside
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import OPERATOR
@@ -117,10 +118,10 @@ def _pilot(plan: Plan, drone: int, status: Status, seen: Seen) -> Iterator[Findi
 
 
 def _start(plan: Plan, drone: int, place: Vector, mission: Mission | None) -> Finding:
-    beside, most = dist(place, plan.swarm.drone(drone).start), plan.swarm.limits.start_tolerance
+    off, most = dist(place, plan.swarm.drone(drone).start), plan.swarm.limits.start_tolerance
     flown = has_flown(mission) or drone not in plan.swarm.flying
     wrong = f"put it there, or correct [[drones]] start or body; more than limits.start_tolerance = {most:g} m"
-    return Finding(uav(drone), "start", f"{beside:.2f} m beside it", "" if flown or beside <= most else wrong)
+    return Finding(uav(drone), "start", f"{beside(off, most)} m beside it", "" if flown or off <= most else wrong)
 
 
 def _airframe(plan: Plan, drone: int, seen: Seen) -> Iterator[Finding]:

@@ -313,3 +313,9 @@ def test_an_unknown_check_is_refused_with_the_nearest_name(make_swarm):
         make_swarm({"checks": {"formation_setled": False}})
     with pytest.raises(SwarmFileError, match=r"checks\.settle_within = false: must be a number above 0"):
         make_swarm({"checks": {"settle_within": False}})
+
+
+def test_a_value_just_beyond_its_limit_is_not_rounded_to_it():
+    check = flockwire_analysis.checks.Check("separation", 0.399996, 0.4, False, "at least 0.4 m", "m")
+    assert check.sentence() == "separation: 0.399996 m, must be at least 0.4 m"
+    assert flockwire_analysis.checks.Check("speed", 3.0, 3.0, True, "", "m/s").found() == "3 m/s"

@@ -8,6 +8,7 @@ from math import dist
 from flockwire.domain.order import Mission
 from flockwire.ground.fleet import Fleet
 from flockwire.swarm.model import Swarm, uav
+from flockwire.swarm.wording import beside
 
 
 def has_flown(mission: Mission | None) -> bool:
@@ -34,12 +35,12 @@ def _places(swarm: Swarm, fleet: Fleet) -> Iterator[str]:
     starts, tolerance = {i: swarm.drone(i).start for i in swarm.flying}, swarm.limits.start_tolerance
     for drone, start in starts.items():
         place = fleet.fresh[drone].report.position if drone in fleet.fresh else None
-        if place is None or (beside := dist(place, start)) <= tolerance:
+        if place is None or (off := dist(place, start)) <= tolerance:
             continue
         nearest = min(starts, key=lambda i: dist(starts[i], place))
         other = f", the start of {uav(nearest)}" if nearest != drone else ""
         x, y, z = place
         yield (
-            f"{uav(drone)}: its body is at [{x:.2f}, {y:.2f}, {z:.2f}]{other}, {beside:.2f} m from its start, "
-            f"limits.start_tolerance = {tolerance:g} m"
+            f"{uav(drone)}: its body is at [{x:.2f}, {y:.2f}, {z:.2f}]{other}, {beside(off, tolerance)} m from its "
+            f"start, limits.start_tolerance = {tolerance:g} m"
         )

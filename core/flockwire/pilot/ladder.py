@@ -133,7 +133,7 @@ def unready_reason(inputs: Inputs, missing: tuple[int, ...], limits: Limits, dri
         (
             inputs.battery < limits.battery_takeoff,
             "rung: battery, refuses",
-            f"battery at {inputs.battery:.0%}, take-off needs {limits.battery_takeoff:.0%}",
+            f"battery at {int(100.0 * inputs.battery)}%, take-off needs {limits.battery_takeoff:.0%}",
         ),
     )
     return next((Reason(mark, text) for applies, mark, text in reasons if applies), NO_REASON)
