@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Self
 
 from flockwire import clock
+from flockwire.runtime.standard_streams import later, unblocked
 from flockwire.wire.plan import Plan
 from flockwire_analysis.report import write_report
 from flockwire_station.folders import complete_keys
@@ -20,6 +21,10 @@ from flockwire_station.restarts import Restarts
 from flockwire_station.terminal.interrupts import Interrupts
 
 from flockwire_scripting.flight import Flight, FlightError
+
+
+def _note(event: str) -> None:
+    later(partial(print, f"flockwire: {event}", file=sys.stderr))
 
 
 class RealFlight(Flight):
@@ -37,12 +42,13 @@ class RealFlight(Flight):
     async def __aenter__(self) -> Self:
         """Start all processes; returns when they run."""
         async with AsyncExitStack() as stack:
+            stack.enter_context(unblocked())
             try:
                 children, self._operator = await stack.enter_async_context(running(self._host, Interrupts()))
             except UnansweredError as error:
                 raise FlightError(str(error)) from None
             self._core = self._operator.core
-            restarts = Restarts(self._host.plan, children, lambda event: print(f"flockwire: {event}", file=sys.stderr))
+            restarts = Restarts(self._host.plan, children, _note)
             stack.push_async_callback(restarts.end)
             self._conducting = asyncio.create_task(self._operator.run(partial(self._look_after, restarts)))
             stack.push_async_callback(self._end_conducting)
