@@ -11,7 +11,7 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-TRACKED = ("claim", "completeness", "core", "field_bodies", "identities", "jumps", "simulated", "tracking")
+TRACKED = ("claim", "completeness", "core", "field_bodies", "simulated", "tracking")
 COMPILED = (
     "core/flockwire/control",
     "core/flockwire/domain",

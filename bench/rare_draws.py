@@ -10,6 +10,7 @@ from collections.abc import Callable
 from random import Random
 from typing import Any
 
+from flockwire.swarm.tables import Limits
 from flockwire.wire.plan import Plan
 
 Faults = list[dict[str, Any]]
@@ -49,11 +50,12 @@ def rare_faults(plan: Plan, without: Without, chance: Random) -> Faults:
     found: Faults = []
     driven = len(_drivers(plan)) > 1  # each by its own driver
     barred = (*(() if driven else (HAND, UPLINK)), *((OTHER_FLIES,) if plan.swarm.control.law == "paper" else ()))
-    barred += ("swap",) if plan.swarm.limits.body_drift else ()  # a tracker that lies in two ways cannot be answered
+    watched = plan.swarm.limits.body_drift < Limits().body_drift
+    barred += ("swap",) if watched else ()  # a tracker that lies in two ways cannot be answered
     shares = {kind: share for kind, share in _SHARES.items() if kind not in barred}
     for kind in chance.choices(tuple(shares), tuple(shares.values()), k=chance.choice((1, 1, 2, 3))):
         found += [{"kind": kind} | fault for fault in _DRAWN[kind](plan, without, chance)]
-    if plan.swarm.limits.body_drift:
+    if watched:
         at, velocity = chance.uniform(2.0, 6.0), [0.0, 0.0, 0.0]
         velocity[chance.randrange(2)] = chance.choice((-0.6, 0.6))
         moved = {"drone": chance.choice(plan.swarm.flying), "velocity": velocity, "duration": 6.0}

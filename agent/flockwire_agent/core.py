@@ -53,6 +53,7 @@ class AgentCore:
             parameters.leader_kind,
             parameters.disagreement,
             parameters.closer,
+            parameters.pilot.limits.speed,
         )
         self._reference: Reference | None = None  # the place to fly in the formation, None in any other phase
         self._flown: Mission | None = None  # its order

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from flockwire.control.graph import LEADER
 from flockwire.domain.order import Mission
-from flockwire.domain.pose import IdentityDoubt, Pose
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.parameters import TrackedParameters
-from flockwire.pilot.identity import MISTAKEN, Identity
 from flockwire.pilot.orders import Orders
 from flockwire.pilot.phases import NEVER, age
 from flockwire.process.cores import Ground
@@ -26,7 +25,6 @@ class TrackedLeader(Ground):
         self.period, self._body, self._limit = parameters
         self._pose_key = Key("pose", uav(LEADER))
         self._pose: Pose | None = None
-        self._identity = Identity()
         self._orders = Orders()
         self.prompt = frozenset({MISSION})
 
@@ -35,8 +33,6 @@ class TrackedLeader(Ground):
         match message:
             case Pose() if key == self._pose_key:
                 self._pose = message
-            case IdentityDoubt():
-                self._identity.take_doubt(message)
             case Mission():
                 self._orders.take(message, now)
 
@@ -59,6 +55,4 @@ class TrackedLeader(Ground):
     def _trouble(self, silence: float, now: int) -> str:
         if silence == NEVER:
             return f"the tracker has not seen its body {self._body!r} yet"
-        if silence > self._limit:
-            return f"the tracker has not seen its body {self._body!r} for {silence:.1f} s"
-        return MISTAKEN if self._identity.doubted(now) else ""
+        return f"the tracker has not seen its body {self._body!r} for {silence:.1f} s" if silence > self._limit else ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from operator import attrgetter
 from typing import Final
 
@@ -24,3 +25,9 @@ class Claim(Record):
         self.drone: Final = drone
         self.position: Final = position
         self.orientation: Final = orientation
+
+
+def owner(drones: Mapping[str | int, int], identity: int, name: str | None) -> int | None:
+    """Return whose of `drones` (by body) the body with this number and name is, the name first; None: no drone's."""
+    drone = drones.get(name) if name is not None else None
+    return drones.get(identity) if drone is None else drone

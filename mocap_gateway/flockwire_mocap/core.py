@@ -12,19 +12,20 @@ from typing import Final
 
 from flockwire.domain.body import Nearby
 from flockwire.domain.order import Mission
-from flockwire.domain.pose import IdentityDoubt, Pose
-from flockwire.domain.time import SECOND
+from flockwire.domain.pose import Pose
+from flockwire.domain.quaternion import IDENTITY
+from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.pilot.orders import Orders
 from flockwire.process.cores import Ground, Start
 from flockwire.swarm.model import Swarm, uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.phase import Phase
-from flockwire.wire.status import Report, counted
+from flockwire.wire.processes import Roster
+from flockwire.wire.status import APART, Report, Status
 
-from flockwire_mocap.claim import Claim, in_order
-from flockwire_mocap.field_bodies import FieldBodies, held_name, unnamed
-from flockwire_mocap.identities import Identities, owner
+from flockwire_mocap.claim import Claim, in_order, owner
+from flockwire_mocap.field_bodies import FieldBodies, Stray
 from flockwire_mocap.natnet.source import NatNetSource
 from flockwire_mocap.qualisys.source import QualisysSource
 from flockwire_mocap.replay.source import ReplaySource
@@ -35,8 +36,6 @@ from flockwire_mocap.vicon.source import ViconSource
 from flockwire_mocap.vrpn.source import VrpnSource
 
 REPEAT: Final = SECOND // 2  # ns between two repetitions of the newest order
-TOLERANCE = 0.1  # m between a body and the nearest place that it can have reached
-SPEED_MARGIN = 2.0  # times limits.speed: a falling drone is faster
 TAKE_OFF = ("prepare", "takeoff")  # the orders that name drones which are not on the field
 LATENCIES = 500  # poses in the reported median
 SOURCES: Mapping[str, Callable[[Start], Source]] = {  # by gateway.source
@@ -66,8 +65,9 @@ class GatewayCore(Ground):
         self._nearby_keys = {i: Key("nearby", uav(i)) for i in swarm.flying}
         self._pose_keys = {i: Key("pose", uav(i)) for i in swarm.tracked}
         self._field = FieldBodies(swarm)
-        self._identities = Identities(SPEED_MARGIN * swarm.limits.speed, TOLERANCE)
-        self._doubt_keys = {i: Key("doubt", uav(i)) for i in swarm.tracked}
+        roster = Roster(swarm)
+        self._pilots = {roster.pilot[i]: i for i in swarm.flying}
+        self._strays: set[int] = set()  # the drones whose pilots report that the poses are not theirs
         self._latencies: deque[int] = deque(maxlen=LATENCIES)  # ns
         self._orders = Orders()
         self._repeat_at = 0
@@ -76,7 +76,9 @@ class GatewayCore(Ground):
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Receive a message."""
         self.source.receive(key, message, now)
-        if isinstance(message, Mission) and self._orders.take(message, now):
+        if isinstance(message, Status):
+            self._take_status(message)
+        elif isinstance(message, Mission) and self._orders.take(message, now):
             self._repeat_at = now + REPEAT
             if message.verb in TAKE_OFF:
                 self._field.forget_drones(message.without)
@@ -88,15 +90,14 @@ class GatewayCore(Ground):
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Publish what was tracked; for each drone what is near it first, then its pose."""
         frame, messages = self._swarm.frame, list[tuple[Key, Message]]()
-        tracked, held = self._identities.judge(self._claims(now))
+        tracked = self._claims(now)
         for claim in tracked:
             self._seen[claim.drone] = claim.stamp
-            self._field.see_drone(claim)
             self._latencies.append(now - claim.stamp)
-        for drone, doubt in self._identities.doubts.items():  # before the pose that makes the pilot step
-            messages.append((self._doubt_keys[drone], IdentityDoubt(now, frame, doubt.since)))
-        for claim in held:  # it is on the field, whichever drone it is
-            self._field.see_other(held_name(claim.drone), claim.stamp, claim.position)
+            if claim.drone in self._strays:  # it is on the field, whatever it is
+                self._field.see_other(Stray(claim.drone), claim.stamp, claim.position)
+            else:
+                self._field.see_drone(claim)
         if tracked and self._sensing:
             self._field.arrange(tracked[-1].stamp)
         for claim in tracked:
@@ -119,24 +120,37 @@ class GatewayCore(Ground):
         else:
             phase = Phase.TRACKING if len(lost) < len(self._swarm.tracked) else Phase.WAITING
             detail = self._unseen(lost, now)
-        jumps, swaps = self._identities.jumps, self._identities.swaps
-        counts = counted(("jumps held back", jumps.jumps), ("jumps confirmed", jumps.confirmed), ("swaps", swaps))
         latency = median(self._latencies) / SECOND if self._latencies else -1.0
         return Report(
-            phase, detail, mission=self._orders.mission, latency=latency, counts=(*state.counts, *counts),
+            phase, detail, mission=self._orders.mission, latency=latency, counts=state.counts,
             concurrent=self._orders.concurrent, order_age=self._orders.age(now),
         )  # fmt: skip
+
+    def _take_status(self, status: Status) -> None:
+        """Keep a drone whose pilot uses its poses no more at its last place, as a lost body."""
+        drone, report = self._pilots.get(status.identity), status.report
+        if drone is None:
+            return
+        if all(reason.code != APART for reason in report.reasons):
+            self._strays.discard(drone)
+        elif drone not in self._strays:
+            self._strays.add(drone)
+            if report.position is not None:
+                self._field.see_drone(
+                    Claim(status.stamp - nanoseconds(report.pose_age), drone, report.position, IDENTITY)
+                )
 
     def _unseen(self, lost: list[int], now: int) -> str:
         never = [i for i in lost if i not in self._seen]
         if never and self._field.others and now - self._first_frame > SECOND:  # names may come after bodies
             names = ", ".join(repr(self._swarm.body(i)) for i in never)
-            there = ", ".join(map(repr, sorted(self._field.others)))
+            there = ", ".join(
+                sorted([repr(one) if isinstance(one, str) else f"number {one}" for one in self._field.others])
+            )
             return f"the tracker has no body {names}, but {there}: rename there, or set `body` of [[drones]]"
-        doubted = ", ".join(map(uav, self._identities.doubts))
         lines = (
             f"does not see {', '.join(map(uav, lost))}" if lost else "",
-            f"the tracker has confused {doubted}: land, correct the bodies' names" if doubted else "",
+            strayed(self._strays, len(self._pilots)),
         )
         return "; ".join(filter(None, lines))
 
@@ -158,9 +172,18 @@ class GatewayCore(Ground):
                 else:
                     if name:
                         self._field.forget_unnamed(identity)
-                    self._field.see_other(name or unnamed(identity), captured, body.position)
+                    self._field.see_other(name or identity, captured, body.position)
         claims.sort(key=in_order)
         return claims
+
+
+def strayed(drones: set[int], flying: int) -> str:
+    """Return what is wrong with the poses of `drones`, of so many `flying` ones; if with all, it is one event."""
+    if not drones:
+        return ""
+    if 1 < len(drones) == flying:
+        return "no pose is its drone's: was the tracker's frame defined again? Land, run `flockwire align`"
+    return f"the poses of {', '.join(map(uav, sorted(drones)))} are not their own: land, examine their bodies"
 
 
 def make_core(start: Start) -> GatewayCore:

@@ -12,7 +12,7 @@ from flockwire.control.tracker import VelocityTracker
 from flockwire.domain.body import Body, BodyKind, to_axis
 from flockwire.domain.record import Record
 from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.domain.vector import Vector, norm
+from flockwire.domain.vector import Vector, distance, norm
 from flockwire.swarm.model import Swarm
 
 from flockwire_mocap.claim import Claim
@@ -48,17 +48,22 @@ class Vicinity:
 DRONE: Final = BodyKind.DRONE  # compiled, a constant costs less than an attribute
 OBSTACLE: Final = BodyKind.OBSTACLE
 FEW: Final = 30  # bodies up to which each drone checks all others
-FORGET: Final = SECOND  # ns unseen after which a velocity is dropped, and a held-back body is gone
+FORGET: Final = SECOND  # ns unseen after which a velocity is dropped, and a stray body is gone
 LEFT: Final = 5 * SECOND  # ns after which an unseen person counts as gone
+SAME: Final = 0.05  # m: two names so near are on one body
 MOST_MOVERS: Final = 500  # other bodies that are kept; beyond that unseen ones are dropped
 TIME_CONSTANT = 0.05  # s, of the velocity trackers
 MOVERS: Final = -1001  # number of the first; numbers above it are of lost drones
-CARRIED = "said to be the leader's"  # name of the body of a person who carries the leader
 
 
-def held_name(drone: int) -> str:
-    """Return the name of a held-back body with a drone's name."""
-    return f"said to be drone {drone}'s"
+class Stray(NamedTuple):
+    """The body that has a drone's name, but is not the drone, or is carried by a person."""
+
+    drone: int
+
+
+Called = str | int | Stray  # a body's name; without one the tracker's number: it may turn out to be a drone's
+CARRIED = Stray(LEADER)  # the body of a person who carries the leader
 
 
 def _lost(drone: int) -> int:
@@ -70,11 +75,6 @@ class Cylinder(NamedTuple):
 
     radius: float
     height: float | None = None
-
-
-def unnamed(identity: int) -> str:
-    """Return what a body is called until the tracker has sent its name: it may turn out to be a drone's."""
-    return f"number {identity}"
 
 
 @mypyc_attr(acyclic=True)
@@ -124,18 +124,17 @@ class FieldBodies:
         self._shapes = {one.body: Cylinder(one.radius, one.height) for one in swarm.tracked_obstacles}
         self._carried = frozenset({LEADER} if swarm.leader.kind == "tracked" else ())
         self._usual = Cylinder(table.person_radius)
-        self._held = frozenset(map(held_name, swarm.tracked))
         self._drones: dict[int, Claim] = {}
-        self._movers: dict[str, Mover] = {}
+        self._movers: dict[Called, Mover] = {}
         self._here: dict[int, Claim] = {}  # those of the drones that are not lost
         self._all: list[Claim] = []  # the same
         self._others: dict[int, Mover | LostBody] = {}
         self._vicinity: Vicinity | None = None
 
     @property
-    def others(self) -> tuple[str, ...]:
-        """The names of the bodies that are not drones."""
-        return tuple(name for name in self._movers if not name.startswith("said to be"))
+    def others(self) -> tuple[str | int, ...]:
+        """The names, or without one the numbers, of the bodies that are not drones."""
+        return tuple(called for called in self._movers if not isinstance(called, Stray))
 
     def see_drone(self, claim: Claim) -> None:
         """Record a drone's position; a leader that a person carries is a person."""
@@ -144,21 +143,21 @@ class FieldBodies:
             self.see_other(CARRIED, claim.stamp, claim.position)
         else:
             self._drones[drone] = claim
-        if self._movers:
-            self._movers.pop(held_name(drone), None)
+            if self._movers:
+                self._movers.pop(Stray(drone), None)
 
-    def see_other(self, name: str, stamp: int, position: Vector) -> None:
+    def see_other(self, called: Called, stamp: int, position: Vector) -> None:
         """Record the position of another body at `stamp` (ns)."""
-        mover = self._movers.get(name)
+        mover = self._movers.get(called)
         if mover is not None and stamp - mover.stamp < FORGET:
             mover.update(position, stamp)
         elif mover is not None or len(self._movers) < MOST_MOVERS:
-            self._movers[name] = Mover(self._shapes.get(name, self._usual), position, stamp)
+            self._movers[called] = Mover(self._shape(called), position, stamp)
 
     def forget_unnamed(self, identity: int) -> None:
         """Take it that the body with the tracker's number `identity` has got its name."""
         if self._movers:
-            self._movers.pop(unnamed(identity), None)
+            self._movers.pop(identity, None)
 
     def forget_drones(self, drones: Iterable[int]) -> None:
         """Drop those of `drones` that are not seen: they are not on the field."""
@@ -175,11 +174,13 @@ class FieldBodies:
         self._all, self._others = list(self._here.values()), {}
         if len(self._here) < len(self._drones):
             self._others = {_lost(i): self._lost_drone(i, now) for i in self._drones if i not in self._here}
-        movers = {name: one for name, one in self._movers.items() if self._lasts(name, now - one.stamp)}
+        movers = {called: one for called, one in self._movers.items() if self._lasts(called, now - one.stamp)}
         if len(self._movers) >= MOST_MOVERS:
             self._movers = movers
-        for k, (name, mover) in enumerate(movers.items()):
-            self._others[MOVERS - k] = mover if mover.stamp >= seen_from else self._lost_mover(name, mover, now)
+        for k, (called, mover) in enumerate(movers.items()):
+            if isinstance(called, Stray) and self._is_drone(mover.position):
+                continue
+            self._others[MOVERS - k] = mover if mover.stamp >= seen_from else self._lost_mover(called, mover, now)
         self._vicinity = None
         if len(self._here) + len(self._others) > FEW:
             widest = max((other.radius for other in self._others.values()), default=0.0)
@@ -201,7 +202,7 @@ class FieldBodies:
             if claim.drone != drone:
                 place = claim.position
                 dx, dy, dz = place[0] - position[0], place[1] - position[1], place[2] - position[2]
-                if dx * dx + dy * dy + dz * dz < reach * reach:
+                if SAME * SAME < dx * dx + dy * dy + dz * dz < reach * reach:
                     bodies.append(Body(DRONE, (dx, dy, dz), 0.0))
         if others:
             own = _lost(drone)
@@ -219,15 +220,28 @@ class FieldBodies:
         spread = drone_spread(self._swarm, drone, place[2])
         return LostBody(place, place[2], self._drone_radius + spread.reach(age), spread.growth(age))
 
-    def _lost_mover(self, name: str, mover: Mover, now: int) -> LostBody:
-        shape, walks = mover.shape, name not in self._shapes and name not in self._held
+    def _shape(self, called: Called) -> Cylinder:
+        return self._shapes.get(called, self._usual) if isinstance(called, str) else self._usual
+
+    def _lost_mover(self, called: Called, mover: Mover, now: int) -> LostBody:
+        shape, walks = mover.shape, self._walks(called)
         spread, age = person_spread(norm(mover.tracker.velocity)) if walks else STILL, (now - mover.stamp) / SECOND
         return LostBody(mover.position, shape.height, shape.radius + spread.reach(age), spread.growth(age))
 
-    def _lasts(self, name: str, age: int) -> bool:
+    def _is_drone(self, position: Vector) -> bool:
+        return any(distance(claim.position, position) < SAME for claim in self._all)
+
+    def _walks(self, called: Called) -> bool:
+        if isinstance(called, Stray):
+            return bool(self._carried)
+        return called not in self._shapes
+
+    def _lasts(self, called: Called, age: int) -> bool:
         """Return whether a body that was seen `age` ns ago is still kept.
 
-        An obstacle and the person who carries the leader are kept. A held-back body is some drone, whose own last place
-        is kept.
+        An obstacle and the person who carries the leader are kept. The place of a drone whose name strayed is kept as
+        its own.
         """
-        return name in self._shapes or name == CARRIED or age < (FORGET if name in self._held else LEFT)
+        if called in self._shapes or (self._carried and called == CARRIED):
+            return True
+        return age < (FORGET if isinstance(called, Stray) else LEFT)

@@ -47,8 +47,6 @@ def _of_real_drones(swarm: Swarm) -> Iterator[str]:
         yield f"limits.fence is the default, {size} m, for real drones ({names}): set it to the room of the flight"
     if not swarm.control.filtered:
         yield f"control.safety_filter: real drones ({names}) fly without it: nothing keeps their distances or the fence"
-    if not limits.body_drift:
-        yield f"limits.body_drift = 0: real drones ({names}) fly by any pose, whatever body it is of (docs/safety.md)"
 
 
 def _of_leader(swarm: Swarm, duration: float) -> Iterator[str]:

@@ -15,7 +15,7 @@ from flockwire.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire.domain.order import Mission, Stop
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
-from flockwire.domain.vector import Vector, add, scale, subtract
+from flockwire.domain.vector import Vector, add, limit, scale, subtract
 from flockwire.loading import parse_swarm
 from flockwire.parameters import agent_parameters
 from flockwire.swarm.model import Swarm, uav
@@ -43,9 +43,9 @@ class Cockpit:
         self.bodies: tuple[Body, ...] = ()
         self.silent: set[str] = set()
         self.beside: dict[int, Vector] = {}  # m: how far a neighbour's estimate is from the truth
-        self.command_age = 0.0  # s, as its driver reports
+        self.command_age: float | None = None  # s, as its driver reports; None: old while it holds still
         self.height: float | None = None  # m, likewise; None: that of its position
-        self.holds_still = False  # the airframe stays where it is, whatever is commanded
+        self.holds_still = False  # the airframe stays where it is: its driver obeys no command
         self.command: Command | None = None
         self.estimate: Estimate | None = None
 
@@ -66,7 +66,8 @@ class Cockpit:
         """Tell the agent all that is not silent, true for now."""
         own, now = uav(self.number), self.now
         height = self.position[2] if self.height is None else self.height
-        telemetry = Telemetry(now, "world", self.state, self.battery, height, self.command_age)
+        silence = self.command_age if self.command_age is not None else 1.0 * self.holds_still
+        telemetry = Telemetry(now, "world", self.state, self.battery, height, silence)
         told = {
             Key("nearby", own): Nearby(now, "world", self.bodies),
             Key("telemetry", own): telemetry,
@@ -110,6 +111,14 @@ class Cockpit:
         """Let `seconds` pass."""
         for _ in range(round(seconds * 100)):
             self.step()
+
+    def push(self, place: Vector) -> None:
+        """Let the airframe be pushed to `place` (m), as fast as it can fly."""
+        before, self.holds_still = self.holds_still, True
+        while dist(self.position, place) > 1e-9:
+            self.position = add(self.position, limit(subtract(place, self.position), 0.1))
+            self.step()
+        self.holds_still = before
 
     def order(self, verb: str, start: int = 0, formation: str = "", without: tuple[int, ...] = ()) -> None:
         order = Mission(self.now + 1, "world", verb, start, formation, without=without, knows=self.report.newest)

@@ -76,7 +76,7 @@ def test_holding_it_comes_back_to_its_place(cockpit):
     agent.run(0.1)
     agent.order("takeoff")
     agent.run(3.0)
-    agent.position = (3.4, 0.0, 0.95)
+    agent.push((3.4, 0.0, 0.95))
     agent.run(4.0)
     assert agent.position == pytest.approx((3.0, 0.0, 0.95), abs=0.02)
 
@@ -116,7 +116,7 @@ def test_another_formation_is_flown_by_its_name(cockpit):
 
 def test_the_speed_limit_is_kept(cockpit):
     agent = cockpit({"limits.speed": 1.2}).fly()
-    agent.position = (9.0, -5.0, 1.0)
+    agent.push((9.0, -5.0, 1.0))
     agent.step()
     assert hypot(*agent.velocity) == pytest.approx(1.2)
 
@@ -153,13 +153,13 @@ def test_with_neighbours_sensing_known_neighbours_and_obstacles_push(cockpit):
     agent.order("takeoff")
     agent.run(3.0)
     agent.holds_still = True
-    agent.position = agent.leader = (4.0, 4.0, 1.0)
     agent.order("hold")
-    agent.position = (5.0, 4.5, 1.0)  # 0.3 m from the obstacle
-    agent.run(0.1)
+    agent.leader = (4.0, 4.0, 1.0)
+    agent.push((5.0, 4.5, 1.0))  # 0.3 m from the obstacle
+    agent.run(0.5)
     away = agent.velocity
     agent.leader = (5.0, 4.1, 1.0)  # and 0.4 m from the leader
-    agent.step()
+    agent.run(0.5)
     assert agent.velocity[1] > away[1]
 
 

@@ -12,7 +12,7 @@ from flockwire.domain.body import Body, BodyKind, Nearby
 from flockwire.domain.order import Mission
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.domain.vector import Vector, add, scale, subtract
+from flockwire.domain.vector import Vector, add, limit, scale, subtract
 from flockwire.parameters import leader_parameters
 from flockwire.swarm.model import Swarm
 from flockwire.wire.keys import MISSION, Key
@@ -56,7 +56,7 @@ class Seat:
         self.drones = [(add(place, scale(v, 0.01)), v) for place, v in self.drones]
         self.persons = [(add(place, scale(v, 0.01)), v) for place, v in self.persons]
         for kind, message in (
-            ("telemetry", Telemetry(self.now, "world", self.state, self.battery, self.position[2], 0.0)),
+            ("telemetry", Telemetry(self.now, "world", self.state, self.battery, self.position[2], 1.0 * self.stuck)),
             ("nearby", Nearby(self.now, "world", self._bodies())),
             ("pose", Pose(self.now, "world", self.position)),
         ):
@@ -70,6 +70,14 @@ class Seat:
         self.before, self.velocity = self.velocity, command.velocity
         self._fly()
         self._measure()
+
+    def push(self, place: Vector) -> None:
+        """Let the airframe be pushed to `place` (m), as fast as it can fly."""
+        before, self.stuck = self.stuck, True
+        while dist(self.position, place) > 1e-9:
+            self.position = add(self.position, limit(subtract(place, self.position), 0.1))
+            self.step()
+        self.stuck = before
 
     def order(self, verb: str, delay: float = 0.0) -> None:
         start, known = self.now + nanoseconds(delay), self.core.report(self.now).newest

@@ -50,17 +50,17 @@ def test_it_continues_without_a_jump_after_a_hold(flyer):
 
 def test_a_gust_is_made_up_for_within_the_speed_limit(flyer):
     x, y, z = flyer.position
-    flyer.position = (x + 4.0, y, z)
-    flyer.run(0.01)
+    flyer.push((x + 4.0, y, z))
+    flyer.run(0.1)
     assert hypot(*flyer.velocity) == pytest.approx(3.0)
-    flyer.run(5.0)
+    flyer.run(4.5)
     assert flyer.position[0] == pytest.approx(x + 0.5, abs=0.02)
 
 
 def test_with_a_lag_it_returns_to_its_course_without_swinging(lagging):
     """Led by its position, with lag and dead time in the loop, it flew 4 cm past its course."""
     y, x = lagging.position[1], []
-    lagging.position = (lagging.position[0] - 1.0, y, lagging.position[2])
+    lagging.push((lagging.position[0] - 1.0, y, lagging.position[2]))
     for _ in range(600):
         lagging.step()
         x.append(lagging.position[0] - lagging.position[1])  # both advance at 0.1 m/s

@@ -54,15 +54,15 @@ def test_a_battery_that_runs_out_lands(flyer):
 
 
 def test_at_the_fence_it_flies_inwards_only_and_beyond_it_lands(flyer):
-    flyer.position = (10.1, 0.0, 1.0)
+    flyer.push((10.1, 0.0, 1.0))
     flyer.run(0.01)
     assert flyer.velocity[0] < 0.0
-    flyer.position = (-10.1, 0.0, 1.0)
+    flyer.push((-10.1, 0.0, 1.0))
     flyer.run(0.01)
     assert flyer.velocity[0] > 0.0
-    flyer.position = (10.6, 0.0, 1.0)
+    flyer.push((10.6, 0.0, 1.0))
     flyer.run(0.01)
-    assert (flyer.phase, flyer.detail) == (Phase.LANDING, "0.6 m outside the fence")
+    assert (flyer.phase, flyer.detail) == (Phase.LANDING, "0.5 m outside the fence")
 
 
 def test_a_stop_is_final(flyer):

@@ -33,8 +33,9 @@ def test_it_lands_beside_those_on_the_ground(
     flying: Callable[..., Any], changes: dict[str, Any], above: tuple[float, float], grounded: list[tuple[float, float]]
 ) -> None:
     leader = flying({**FENCE, **changes})
+    leader.push((*above, 1.0))
     leader.order("hold")
-    leader.position, leader.drones = (*above, 1.0), [((x, y, 0.0), STILL) for x, y in grounded]
+    leader.drones = [((x, y, 0.0), STILL) for x, y in grounded]
     leader.run(0.5)
     leader.closest = 9.0
     leader.order("land")
@@ -66,9 +67,9 @@ def test_one_that_comes_to_stand_below_it_moves_it_aside(flying: Callable[..., A
 @pytest.mark.parametrize("seed", range(CROWDS))
 def test_in_a_corner_full_of_drones_and_obstacles_it_lands(flying: Callable[..., Any], seed: int) -> None:
     leader, draw = flying(FENCE), Random(seed)
-    leader.order("hold")
     x, y = draw.uniform(2.5, 3.5), draw.uniform(2.5, 3.5)
-    leader.position = (x, y, 1.0)
+    leader.push((x, y, 1.0))
+    leader.order("hold")
     for _ in range(draw.randint(1, 7)):
         place = (min(x + draw.uniform(-0.7, 0.7), 3.5), min(y + draw.uniform(-0.7, 0.7), 3.5), 0.0)
         if all(dist(place, other) > 0.44 for other, _ in leader.drones):

@@ -1,9 +1,8 @@
 import pytest
 from flockwire.domain.order import Mission
-from flockwire.domain.pose import IdentityDoubt, Pose
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
 from flockwire.parameters import tracked_parameters
-from flockwire.pilot.ladder import MISTAKEN
 from flockwire.wire.keys import MISSION, Key
 from flockwire_leader.tracked import TrackedLeader
 
@@ -33,11 +32,3 @@ def test_it_commands_nothing_whatever_is_ordered_and_may_always_end(leader):
     assert list(leader.step(BEGAN)) == []
     assert leader.report(BEGAN).mission.verb == "takeoff"
     assert leader.may_end(BEGAN)
-
-
-def test_a_body_that_the_tracker_confuses_is_reported_while_it_does(leader):
-    leader.receive(Key("pose", "uav0"), Pose(BEGAN, "world", (1.0, 2.0, 1.2)), BEGAN)
-    leader.receive(Key("doubt", "uav0"), IdentityDoubt(BEGAN, "world", BEGAN), BEGAN)
-    assert leader.report(BEGAN).detail == MISTAKEN
-    leader.receive(Key("pose", "uav0"), Pose(BEGAN + SECOND, "world", (1.0, 2.0, 1.2)), BEGAN + SECOND)
-    assert leader.report(BEGAN + SECOND).detail == ""

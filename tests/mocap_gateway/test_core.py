@@ -3,12 +3,13 @@ from random import Random
 import pytest
 from flockwire.domain.body import Body, BodyKind, Nearby
 from flockwire.domain.order import Mission
-from flockwire.domain.pose import Pose
+from flockwire.domain.pose import LEVEL, Pose
 from flockwire.domain.time import SECOND
 from flockwire.process.cores import Start
 from flockwire.swarm.model import uav
 from flockwire.wire.keys import MISSION, Key
 from flockwire.wire.plan import Plan
+from flockwire.wire.status import APART, Reason, Report, Status
 from flockwire_mocap.core import GatewayCore
 from flockwire_mocap.simulated import SimulatedSource
 from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, unseen
@@ -105,10 +106,17 @@ def test_a_body_that_was_dropped_is_silent_for_that_frame(shown):
 
 def test_near_is_only_what_is_within_the_sensing_radius(shown):
     gateway = shown({"avoidance.sensing_radius": 1.5})
-    gateway.places = {**FAR, 1: (0.0, 0.0, 1.0), 2: (1.4, 0.0, 1.0), 3: (1.6, 0.0, 1.0), 4: (1.0, 1.0, 2.0)}
+    gateway.places = {
+        **FAR,
+        0: (0.5, 0.0, 1.0),
+        1: (0.0, 0.0, 1.0),
+        2: (1.4, 0.0, 1.0),
+        3: (1.6, 0.0, 1.0),
+        4: (1.0, 1.0, 2.0),
+    }
     gateway.step()
     assert set(gateway.near(1)) == {
-        Body(BodyKind.DRONE, (0.0, 0.0, 0.0), 0.0),
+        Body(BodyKind.DRONE, (0.5, 0.0, 0.0), 0.0),
         Body(BodyKind.DRONE, (1.4, 0.0, 0.0), 0.0),
     }
 
@@ -259,3 +267,66 @@ def test_a_body_that_gets_its_name_late_is_one_body(make_swarm):
         source.frames = [TrackerFrame(k, BEGAN + k * FRAME, BEGAN + k * FRAME, bodies)]
         published = dict(core.step(BEGAN + k * FRAME))
         assert [body.kind for body in published[Key("nearby", "uav1")].bodies] == [BodyKind.MOVER]
+
+
+def strayed(gateway, drone, *, apart=True):
+    """Let the pilot of `drone` report whether its poses are its own."""
+    reasons = (Reason(APART, "the tracker's pose is not its own"),) if apart else ()
+    report = Report("hold", pose_age=0.25, position=(10.0 * drone, 0.0, 1.0), reasons=reasons)
+    pilot = uav(drone) if drone else "leader"
+    status = Status(gateway.now, "world", pilot, report, 0, 0, 0, 0, 0, 0.0, 0, (), ())
+    gateway.core.receive(Key("status", pilot), status, gateway.now)
+
+
+def test_a_drone_whose_poses_are_not_its_own_is_where_it_was_and_its_name_is_a_body_too(shown):
+    gateway = shown()
+    gateway.step()
+    gateway.places |= {1: (10.6, 0.0, 1.0), 2: (11.0, 0.0, 1.0)}  # its name is at 11.0, beside drone 1
+    gateway.step()
+    assert [body.kind for body in gateway.near(1)] == [BodyKind.DRONE]
+    strayed(gateway, 2)
+    gateway.places[1] = (19.0, 0.0, 1.0)
+    lost = gateway.near(1)
+    assert [(body.kind, round(body.relative_position[0], 6)) for body in lost] == [(BodyKind.OBSTACLE, 1.0)]
+    gateway.places[1] = (10.6, 0.0, 1.0)
+    assert [(body.kind, round(body.relative_position[0], 6)) for body in gateway.near(1)] == [(BodyKind.MOVER, 0.4)]
+    assert gateway.core.report(gateway.now).detail == "the poses of uav2 are not their own: land, examine their bodies"
+    strayed(gateway, 2, apart=False)
+    assert [body.kind for body in gateway.near(1)] == [BodyKind.DRONE]
+    assert gateway.core.report(gateway.now).detail == ""
+
+
+def test_a_whole_frame_that_jumps_is_one_event(shown):
+    gateway = shown()
+    gateway.step()
+    for drone in range(5):
+        strayed(gateway, drone)
+    gateway.step()
+    assert gateway.core.report(gateway.now).detail.startswith("no pose is its drone's: was the tracker's frame defined")
+
+
+def test_a_name_on_another_drones_body_is_no_second_body(shown):
+    gateway = shown()
+    gateway.step()
+    gateway.places |= {1: (0.0, 0.0, 1.0), 2: (0.0, 0.0, 1.0), 0: (0.5, 0.0, 1.0)}
+    for _ in range(2):
+        assert [body.relative_position for body in gateway.near(1)] == [(0.5, 0.0, 0.0)]
+        strayed(gateway, 2)
+    assert [body.kind for body in gateway.near(0)] == [BodyKind.DRONE]
+
+
+@pytest.mark.parametrize("name", ["number 7", "said to be the leader's", "said to be drone 2's"])
+def test_a_body_may_have_any_name(make_swarm, name):
+    (one, other) = (ReportedBody(7, called, (x, 0.0, 1.0), LEVEL, True) for called, x in ((None, 0.5), (name, 1.0)))
+    source = Recording(TrackerFrame(0, BEGAN, BEGAN, (one, other._replace(identity=8))))
+    core = GatewayCore(make_swarm(), source)
+    core.step(BEGAN)
+    detail = core.report(BEGAN + 2 * SECOND).detail
+    core._last_frame = BEGAN + 2 * SECOND
+    detail = core.report(BEGAN + 2 * SECOND).detail
+    assert f"but {name!r}, number 7: rename there" in detail
+    source.frames = [
+        TrackerFrame(1, BEGAN + FRAME, BEGAN + FRAME, (ReportedBody(7, "box", (0.5, 0.0, 1.0), LEVEL, True),))
+    ]
+    core.step(BEGAN + FRAME)
+    assert set(core._field.others) == {name, "box"}

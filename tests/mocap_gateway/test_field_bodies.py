@@ -5,7 +5,7 @@ from flockwire.domain.body import Body, BodyKind
 from flockwire.domain.pose import LEVEL
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire_mocap.claim import Claim
-from flockwire_mocap.field_bodies import FEW, FORGET, LEFT, MOST_MOVERS, FieldBodies, Vicinity, held_name
+from flockwire_mocap.field_bodies import FEW, FORGET, LEFT, MOST_MOVERS, FieldBodies, Stray, Vicinity
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -89,7 +89,7 @@ def test_a_new_person_is_seen_however_many_names_there_were_before(field):
 
 
 def test_a_body_that_is_not_believed_to_be_a_drones_is_there_until_it_is(field):
-    field.see_other(held_name(2), NOW, (1.0, 0.0, 1.0))
+    field.see_other(Stray(2), NOW, (1.0, 0.0, 1.0))
     field.arrange(NOW)
     assert [body.kind for body in field.near(1, (0.0, 0.0, 1.0))] == [BodyKind.MOVER]
     assert field.others == ()
@@ -99,7 +99,7 @@ def test_a_body_that_is_not_believed_to_be_a_drones_is_there_until_it_is(field):
 
 
 def test_what_was_not_believed_to_be_a_drones_is_gone_after_a_second_and_does_not_grow(field):
-    field.see_other(held_name(2), NOW, (1.0, 0.0, 1.0))
+    field.see_other(Stray(2), NOW, (1.0, 0.0, 1.0))
     field.arrange(NOW + FORGET - FRAME)
     assert field.near(1, (0.0, 0.0, 1.0))[0].radius == 0.5
     field.arrange(NOW + FORGET)

@@ -126,14 +126,14 @@ REAL = {
     ],
     "graph.edges": [[0, 1]],
 }
-ROOM = {"limits.fence": {"min": [-4.0, -4.0, -0.5], "max": [4.0, 4.0, 3.0]}, "limits.body_drift": 0.15}
+ROOM = {"limits.fence": {"min": [-4.0, -4.0, -0.5], "max": [4.0, 4.0, 3.0]}}
 
 
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
         (ROOM, []),
-        ({}, ["limits.fence is the default, 20 x 20 x 3.5 m, for real drones (uav1)", "limits.body_drift = 0: real"]),
+        ({}, ["limits.fence is the default, 20 x 20 x 3.5 m, for real drones (uav1)"]),
         (ROOM | {"control.safety_filter": False}, ["control.safety_filter: real drones (uav1) fly without it"]),
     ],
 )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import atan2, pi
-from typing import Final, NamedTuple
+from typing import Final
 
 from flockwire.compiling import mypyc_attr
 from flockwire.domain.quaternion import Quaternion
@@ -24,14 +24,6 @@ class Pose(Record):
         self.frame: Final = frame
         self.position: Final = position
         self.orientation: Final = orientation
-
-
-class IdentityDoubt(NamedTuple):
-    """The tracker has given the drone's name to another body since `since` (Unix ns)."""
-
-    stamp: int
-    frame: str
-    since: int
 
 
 def yaw_of(orientation: Quaternion) -> float:

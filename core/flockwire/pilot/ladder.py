@@ -9,7 +9,6 @@ from typing import Final
 
 from flockwire.compiling import mypyc_attr
 from flockwire.domain.record import Record
-from flockwire.pilot.identity import MISTAKEN
 from flockwire.pilot.phases import NEVER
 from flockwire.swarm.model import uav
 from flockwire.swarm.tables import Limits, Staleness
@@ -22,7 +21,7 @@ NO_REASON: Final = Reason("", "")
 class Inputs(Record):
     """Ages in s of a pilot's inputs (NEVER: none yet), and its airframe's reports."""
 
-    __slots__ = ("pose", "silence", "nearby", "telemetry", "battery", "outside", "leader_down", "doubt", "apart")
+    __slots__ = ("pose", "silence", "nearby", "telemetry", "battery", "outside", "leader_down")
 
     def __init__(
         self,
@@ -33,8 +32,6 @@ class Inputs(Record):
         battery: float,
         outside: float,
         leader_down: float = 0.0,
-        doubt: float = 0.0,
-        apart: float = 0.0,
     ) -> None:
         self.pose: Final = pose
         self.silence: Final = silence  # of the newest leader estimate; 0 for the leader itself
@@ -43,8 +40,6 @@ class Inputs(Record):
         self.battery: Final = battery  # share of full
         self.outside: Final = outside  # m outside the fence
         self.leader_down: Final = leader_down  # s since the leader of the ordered formation is down; 0 while it leads
-        self.doubt: Final = doubt  # s since the tracker gave its name to another body; 0 without a doubt
-        self.apart: Final = apart  # m/s of its tracked body apart from its commands; 0 while it moves as commanded
 
 
 class Bounds:
@@ -72,8 +67,6 @@ def all_well(inputs: Inputs, bounds: Bounds) -> bool:
         and inputs.battery >= bounds.battery
         and inputs.outside == 0.0
         and inputs.leader_down == 0.0
-        and inputs.doubt == 0.0
-        and inputs.apart == 0.0
     )
 
 
@@ -89,12 +82,6 @@ def land_reason(inputs: Inputs, limits: Limits) -> Reason:
     for mark, name, age, rung in rungs:
         if age > rung:
             return Reason(mark, f"{name} lost for {age:.1f} s")
-    if inputs.doubt > stale.identity_land:
-        return Reason("rung: identity, land", f"{MISTAKEN} for {inputs.doubt:.1f} s")
-    if inputs.apart > 0.0:
-        return Reason(
-            "rung: tracked apart, land", f"its tracked body moves {inputs.apart:.1f} m/s apart from its commands"
-        )
     if inputs.battery < limits.battery_land:
         return Reason("rung: battery, land", f"battery at {inputs.battery:.0%}")
     if inputs.outside > limits.fence.margin:
@@ -106,8 +93,6 @@ def hold_reason(inputs: Inputs, stale: Staleness) -> Reason:
     """Return why the drone must leave the formation and hold, NO_REASON if it need not."""
     if inputs.pose > stale.pose_zero:
         return Reason("rung: own pose, hold", "own pose is stale")
-    if inputs.doubt > 0.0:
-        return Reason("rung: identity, hold", MISTAKEN)
     if inputs.silence > stale.estimates_hold:
         return Reason("rung: leader estimate, hold", f"no leader estimate for {stale.estimates_hold:g} s")
     if inputs.leader_down > 0.0:
@@ -126,7 +111,6 @@ def unready_reason(inputs: Inputs, missing: tuple[int, ...], limits: Limits, dri
     names = ", ".join("the leader's pose" if j == 0 else f"{uav(j)}'s estimate" for j in missing)
     reasons = (
         (inputs.pose > stale.pose_zero, "rung: own pose, refuses", "waits for its own pose"),
-        (inputs.doubt > 0.0, "rung: identity, refuses", MISTAKEN),
         (inputs.telemetry > stale.telemetry_warn, "rung: telemetry, refuses", f"waits for telemetry from {driver}"),
         (bool(missing), "rung: neighbour, refuses", f"waits for {names}"),
         (inputs.nearby > stale.nearby_slow, "rung: nearby, refuses", "waits for its nearby bodies"),

@@ -11,16 +11,19 @@ from flockwire.control.graph import LEADER
 from flockwire.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND
-from flockwire.domain.vector import Vector
+from flockwire.domain.vector import Vector, distance
 from flockwire.law import NeighbourEstimate
 from flockwire.pilot.agreement import Agreement
 from flockwire.pilot.phases import IN_FLIGHT, NEVER, age
 from flockwire.swarm.tables import Staleness
 from flockwire.wire.phase import Phase
-from flockwire.wire.status import Status
+from flockwire.wire.status import APART, Status
 
 AHEAD: Final = SECOND // 10  # ns by which a stamp may be in the future (keys.py); beyond, the own clock was set back
 MOST_HOPS: Final = 255  # largest number in a message
+JUMP: Final = 0.2  # m, of the leader's pose, beyond what the speed allows
+JUMP_TIME: Final = SECOND // 10  # ns between two poses, at most, for which the speed counts
+HELD_BACK: Final = 2 * SECOND // 5  # ns in which its status tells whether a jump is its own
 LEADING_PHASES: Final = IN_FLIGHT - {Phase.LANDING}
 
 
@@ -41,8 +44,9 @@ class Neighbourhood:
     """The in-neighbours N_i of one follower, by their weights; `leader` is the kind of the leader.
 
     A leader without an airframe leads in any phase: a virtual one while its status arrives, a tracked one while its
-    pose arrives. Estimates may differ by `bound` m. The neighbours `closer` are fewer hops from the leader than the
-    drone itself: if one of them reports that the leader is down, it is.
+    pose arrives. Its pose is not used while it jumps (it flies at `speed` m/s), or is not its own by its status.
+    Estimates may differ by `bound` m. The neighbours `closer` are fewer hops from the leader than the drone itself: if
+    one of them reports that the leader is down, it is.
     """
 
     def __init__(
@@ -52,6 +56,7 @@ class Neighbourhood:
         leader: str = "trajectory",
         bound: float = inf,
         closer: frozenset[int] = frozenset(),
+        speed: float = inf,
     ) -> None:
         self._every = {j: Neighbour(weight) for j, weight in weights.items()}
         self._neighbours = self._every  # without those that are left out
@@ -65,6 +70,7 @@ class Neighbourhood:
         self.leading = Leading.UNKNOWN
         self.agreement = Agreement(bound)
         self._compares, self._closer = isfinite(bound), closer
+        self._speed, self._strayed = speed, False
 
     def __len__(self) -> int:
         return len(self._neighbours)
@@ -88,6 +94,8 @@ class Neighbourhood:
         neighbour = self._every[j]
 
         def take(message: Pose) -> None:
+            if j == LEADER and (self._strayed or self._jumps(neighbour, message)):
+                return
             neighbour.position = message.position
             if j == LEADER:
                 neighbour.stamp = neighbour.origin = message.stamp
@@ -95,9 +103,17 @@ class Neighbourhood:
 
         return take
 
+    def _jumps(self, leader: Neighbour, pose: Pose) -> bool:
+        elapsed = pose.stamp - leader.stamp
+        if leader.position is None or not 0 <= elapsed < HELD_BACK:
+            return False
+        reach = JUMP + 2.0 * self._speed * min(elapsed, JUMP_TIME) / SECOND
+        return distance(leader.position, pose.position) > reach
+
     def take_status(self, message: Status) -> None:
         """Receive the leader's own status: whether it leads."""
         self._leader_stamp = message.stamp
+        self._strayed = any(reason.code == APART for reason in message.report.reasons)
         leads = self._virtual or message.report.phase in LEADING_PHASES
         self._every[LEADER].leading = Leading.LEADS if leads else Leading.IS_DOWN
 

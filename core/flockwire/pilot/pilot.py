@@ -18,9 +18,8 @@ from flockwire.domain.motion import Motion
 from flockwire.domain.order import Stop
 from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.domain.vector import ZERO, Vector, limit
+from flockwire.domain.vector import ZERO, Vector, distance, limit
 from flockwire.parameters import PilotParameters
-from flockwire.pilot.identity import Identity
 from flockwire.pilot.ladder import (
     NO_REASON,
     Bounds,
@@ -38,13 +37,13 @@ from flockwire.pilot.off_place import OffPlace, no_place
 from flockwire.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, age, command_stamp
 from flockwire.pilot.place import Place
 from flockwire.pilot.surroundings import Surroundings
-from flockwire.pilot.tracked_body import ABSENCE, PERIOD, WRONG, TrackedBody
+from flockwire.pilot.tracked_body import PERIOD, TrackedBody, foreign
 from flockwire.pilot.trim import forget_disturbance, hovering, make_airframe, measured, sinking, trim
 from flockwire.swarm.model import uav
 from flockwire.wire.codec import Message
 from flockwire.wire.keys import STOP, Key
 from flockwire.wire.phase import Phase
-from flockwire.wire.status import CORNERED, Reason, Report
+from flockwire.wire.status import CORNERED, Reason, Report, counted
 
 AIRBORNE: Final = frozenset({FlightState.FLYING, FlightState.LANDING})
 LEFT_OUT: Final = "left out of this flight"
@@ -89,11 +88,10 @@ class Pilot:
         self._off_place = OffPlace(parameters.room, parameters.checks)
         self._wanted = ZERO  # m/s, by the law, at the last command
         self._airframe = make_airframe(parameters)
-        self._body = TrackedBody(parameters, self._airframe)
+        self._body = TrackedBody(parameters, self._airframe, now)
         self._surroundings = Surroundings(parameters.sensing, parameters.obstacles)
         self._pose: Pose | None = None
         self._telemetry: Telemetry | None = None
-        self._identity = Identity()
         self._place = Place(parameters)  # the place of hold or take-off
         self._inputs = Inputs(NEVER, NEVER, NEVER, NEVER, 1.0, 0.0)
         self._stepped = now
@@ -104,7 +102,6 @@ class Pilot:
         self.take: dict[Key, Callable[[Any], None]] = {  # handlers of messages, by key
             self.pose_key: self._take_pose,
             Key("nearby", uav(number)): self._surroundings.take_nearby,
-            Key("doubt", uav(number)): self._identity.take_doubt,
             Key("telemetry", uav(number)): self._take_telemetry,
             STOP: self._take_stop,
         }
@@ -138,17 +135,16 @@ class Pilot:
         self.motion, self.bodies = None, ()
         if pose is not None:
             self.bodies = self._surroundings.bodies(pose, neighbours)
-            if fresh and not inputs.apart and not self._identity.is_lost:
+            if fresh:
                 seen = (pose.stamp - self.born) / SECOND  # small enough for a float with nanoseconds
                 since, zero, ground = (now - self.born) / SECOND, self._command_zero, self._ground
                 motion = measured(self._airframe, pose.position, seen, since, phase, self._telemetry, zero, ground)
-                self.motion = self._body.seen = motion
-                self._body.seen_at, self._body.sunk = pose.stamp, 0.0
+                self.motion, self._body.stops = motion, distance(motion.position, motion.stopping)
                 if self._guard is not None and phase in IN_FLIGHT:
                     self.bodies = self._guard.tracked(motion, self.bodies, self._surroundings.stamp or self.stamp)
-        if self._body.watched and not 0 < self._body.due - now <= PERIOD:  # a clock may be set back
-            self._body.look(self.motion, self._telemetry, phase, now, self.born)
-            if self._body.apart:
+        if not 0 < self._body.due - now <= PERIOD:  # a clock may be set back
+            self._body.look(self.motion, self._telemetry, phase, now)
+            if self._body.drifted:
                 forget_disturbance(self._airframe)  # it is what the false body seemed to drift
         return phase
 
@@ -181,7 +177,7 @@ class Pilot:
         `place` is that in the formation, m, None if unknown.
         """
         pose, telemetry, detail = self._pose, self._telemetry, self.flight.reason
-        reasons: tuple[Reason, ...] = (WRONG,) if self._inputs.apart else ()
+        reasons: tuple[Reason, ...] = (foreign(self._body.why),) if self._body.why else ()
         if self.flight.phase is not Phase.FORMATION or self.motion is None:
             self._off_place.forget()
         elif not detail:
@@ -190,7 +186,8 @@ class Pilot:
             if place is not None:
                 taken = no_place(place, position, self.bodies, self._parameters.separation, self._room)
             reasons = self._off_place.reasons(formation_error, position, self._wanted, given, now, taken)
-        counts, guard = self.flight.orders.counts, self._guard
+        counts = (*self.flight.orders.counts, *counted(("poses refused", self._body.refused)))
+        guard = self._guard
         if guard is not None and guard.cornered:
             counts = (*counts, (CORNERED, guard.cornered))
             if guard.is_cornered and self.flight.phase in IN_FLIGHT:
@@ -229,8 +226,6 @@ class Pilot:
             telemetry.battery if telemetry is not None else 1.0,
             self._room.outside(pose.position) if pose is not None else 0.0,
             leader_down,
-            self._identity.doubted(now),
-            self._body.apart,
         )
 
     def retire(self, now: int) -> None:
@@ -274,10 +269,6 @@ class Pilot:
             self._waited = self._stood = 0.0
             if was is Phase.TAKEOFF:
                 self._body.took_off(now)
-            if phase in IN_FLIGHT and was not in IN_FLIGHT and airborne:  # this process was started in flight
-                self._body.examine()
-        if phase not in IN_FLIGHT and (phase is not was or self._identity.is_lost):
-            self._identity.forget()
         return phase
 
     def _mark(self, inputs: Inputs, missing: tuple[int, ...], unready: Reason, hold: Reason, land: Reason) -> None:
@@ -315,12 +306,11 @@ class Pilot:
         A landing waits once in all, however often its pose is lost.
         """
         phase, stale, separation = self.flight.phase, self._limits.staleness, self._parameters.separation
-        foreign = self._inputs.apart or self._identity.is_lost
-        beneath = not foreign and is_beneath(self.bodies, separation)
+        beneath, seen_at = is_beneath(self.bodies, separation), self._pose.stamp if self._pose is not None else 0
         if phase not in IN_FLIGHT or (phase is not Phase.LANDING and not beneath):
             return ZERO
         patience = stale.command_land if beneath else max(stale.pose_land, stale.command_land)
-        waits = not foreign and 0 <= now - self._body.seen_at <= nanoseconds(patience) and self._waited <= patience
+        waits = 0 <= now - seen_at <= nanoseconds(patience) and self._waited <= patience
         if not (waits and is_above(self.bodies, separation)):
             self._body.sunk += self._limits.vertical_speed * self.dt
             return sinking(self._airframe, self._limits.vertical_speed)
@@ -333,23 +323,19 @@ class Pilot:
         """Count the ages of what came before from `now` (Unix ns) on: the own clock was set back."""
         self.waits_since, self._down_since = min(self.waits_since, now), min(self._down_since, now)
         self.flight.set_back(now)
+        self._body.set_back(now)
         if self._pose is not None and self._pose.stamp > now + AHEAD:
             self._pose = self._pose._replace(stamp=now)
-            if self.flight.phase in IN_FLIGHT:  # nobody knows how long the next pose was awaited
-                self._body.examine()
         if self._telemetry is not None and self._telemetry.stamp > now + AHEAD:
             self._telemetry = self._telemetry._replace(stamp=now)
         if self._surroundings.stamp > now + AHEAD:
             self._surroundings.set_back(now)
 
     def _take_pose(self, pose: Pose) -> None:
-        if self._identity.doubt is not None:
-            self._identity.take_pose(pose.stamp)
-        last = self._pose
-        absence = pose.stamp - last.stamp if last is not None else 0
-        if absence > ABSENCE and self.flight.phase in IN_FLIGHT and not self._body.reaches(pose, absence):
-            self._identity.take_foreign(pose)
-        self._pose = pose
+        if self._body.take(pose, self.flight.phase):
+            self._pose = pose
+        else:
+            self._surroundings.drop(pose.stamp)
 
     def _take_telemetry(self, telemetry: Telemetry) -> None:
         self._telemetry = telemetry

@@ -16,6 +16,7 @@ class Surroundings:
     def __init__(self, sensing: bool, obstacles: tuple[Obstacle, ...]) -> None:
         self._sensing, self._obstacles = sensing, obstacles
         self._nearby: Nearby | None = None
+        self._before: Nearby | None = None
         self._seen_from: tuple[int, Vector] = (0, ZERO)  # stamp and own position of a pose
 
     @property
@@ -25,7 +26,12 @@ class Surroundings:
 
     def take_nearby(self, nearby: Nearby) -> None:
         """Receive the newest message of the sensor."""
-        self._nearby = nearby
+        self._before, self._nearby = self._nearby, nearby
+
+    def drop(self, stamp: int) -> None:
+        """Drop the bodies of `stamp` (Unix ns): they are seen from a pose that is not the drone's."""
+        if self.stamp == stamp:
+            self._nearby = self._before
 
     def set_back(self, now: int) -> None:
         """Count the age of the sensed bodies from `now` (Unix ns) on."""

@@ -11,9 +11,10 @@ from flockwire.domain.motion import Motion
 from flockwire.domain.vector import ZERO, Vector
 from flockwire.parameters import PilotParameters
 from flockwire.pilot.phases import IN_FLIGHT
-from flockwire.pilot.tracked_body import JUMP, obeys
+from flockwire.pilot.tracked_body import obeys
 from flockwire.wire.phase import Phase
 
+JUMP: Final = 2.0  # times limits.speed: faster is no motion
 LOW: Final = 0.3  # m above the ground, below which it may hold a drone that lands
 LEARNED: Final = {Phase.TAKEOFF: LEVEL, Phase.HOLD: WHOLE, Phase.FORMATION: WHOLE, Phase.LANDING: WHOLE}
 

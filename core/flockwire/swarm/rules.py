@@ -173,16 +173,11 @@ def _speeds(swarm: Swarm) -> Iterator[str]:
         yield f"limits.vertical_speed = {limits.vertical_speed}: must be limits.speed = {limits.speed} or less"
 
 
-@needs("control.disturbance", "limits.speed", "limits.body_drift")
+@needs("control.disturbance", "limits.speed")
 def _disturbance(swarm: Swarm) -> Iterator[str]:
     limits, most = swarm.limits, swarm.control.disturbance
     if most >= limits.speed:
         yield f"control.disturbance = {most:g}: must be below limits.speed = {limits.speed:g}"
-    if 0.0 < limits.body_drift <= most:
-        yield (
-            f"limits.body_drift = {limits.body_drift:g}: must be above control.disturbance = {most:g}, which a drone "
-            "compensates instead of landing (0: not watched)"
-        )
 
 
 @needs("limits.battery_land", "limits.battery_takeoff")

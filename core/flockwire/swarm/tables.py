@@ -166,7 +166,6 @@ class Staleness(Model):
     nearby_hold: Age = 0.5  # s, age of the nearby bodies at which it holds
     command_zero: Age = 0.2  # s, age of the command at which the driver stops the drone
     command_land: Age = 1.0  # s, age of the command at which the driver lands the drone
-    identity_land: Age = 5.0  # s, after the tracker confused its body with another
     telemetry_warn: Age = 1.0  # s, age of the drone's telemetry at which its status reports it
     telemetry_land: Age = 3.0  # s, age of the drone's telemetry at which it lands
 
@@ -182,9 +181,7 @@ class Limits(Model):
     vertical_speed: Positive = 0.7  # m/s, of take-off and landing
     start_tolerance: Size = 0.2  # m, of a drone's position before its first flight
     disagreement: Size = 0.3  # m, between the estimates of a follower's neighbours (all laws but "paper")
-    body_drift: NotNegative = (
-        0.0  # m/s, of a tracked body apart from its commands; above it lands (all laws but "paper"; 0: not watched)
-    )
+    body_drift: Positive = 1.5  # m/s, of a tracked body apart from its commands: the strongest wind; above it lands
     clock_offset_bound: Delay = 0.05  # s, largest uncertainty of a process's clock offset
     battery_takeoff: Probability = 0.2  # share of the battery below which no drone takes off
     battery_land: Probability = 0.1  # share of the battery below which a drone lands

@@ -17,7 +17,7 @@ from flockwire.domain.bids import Bids
 from flockwire.domain.body import Body, BodyKind, Nearby
 from flockwire.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire.domain.order import Mission, Stop
-from flockwire.domain.pose import IdentityDoubt, Pose
+from flockwire.domain.pose import Pose
 from flockwire.domain.signals import Signals
 from flockwire.domain.time import SECOND, TimeReply, TimeRequest
 from flockwire.wire.batch import Batch, decode_batch, encode_batch
@@ -229,10 +229,6 @@ CODECS: Final[dict[type[Any], Codec]] = {
     Command: Codec(_encode_command, _decode_command),
     Nearby: Codec(_encode_nearby, _decode_nearby),
     Telemetry: _codec(_write_telemetry, _read_telemetry),
-    IdentityDoubt: _codec(
-        lambda writer, doubt: _write_times(writer, doubt.since),
-        lambda stamp, frame, reader: IdentityDoubt(stamp, frame, reader.time()),
-    ),
     TimeRequest: _codec(lambda writer, _: None, lambda stamp, frame, _: TimeRequest(stamp, frame)),
     TimeReply: _codec(
         lambda writer, reply: _write_times(writer, reply.requested, reply.received),

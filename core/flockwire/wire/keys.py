@@ -18,7 +18,7 @@ from flockwire.domain.bids import Bids
 from flockwire.domain.body import Nearby
 from flockwire.domain.motion import Estimate
 from flockwire.domain.order import Mission, Stop
-from flockwire.domain.pose import IdentityDoubt, Pose
+from flockwire.domain.pose import Pose
 from flockwire.domain.signals import Signals
 from flockwire.domain.time import SECOND, TimeReply, TimeRequest
 from flockwire.swarm.model import Swarm, uav
@@ -156,6 +156,12 @@ def _led(roster: Roster, owner: Owner) -> tuple[str, ...]:
     return _neighbours(roster, owner) if leads else ()
 
 
+def _locating(roster: Roster, owner: Owner) -> tuple[str, ...]:
+    """Name the gateway if the owner is the pilot of a tracked airframe: it reports that a pose is not its own."""
+    flying = owner.drone in roster.swarm.flying and roster.pilot.get(owner.drone) == owner.name
+    return roster.of(GATEWAY) if flying else ()
+
+
 def _driver(roster: Roster, owner: Owner) -> tuple[str, ...]:
     """Name the driver of a drone: its own, or the process of simulated airframes."""
     return roster.drivers(owner.drone) if owner.drone is not None else ()
@@ -213,20 +219,21 @@ _SIGNALLING = _drones(lambda swarm: swarm.followers if swarm.control.own_law els
 _POSED = _drones(lambda swarm: tuple(sorted({LEADER, *swarm.tracked})))
 _SENSED = _drones(lambda swarm: swarm.flying if swarm.avoidance.sensing == "nearby" else ())
 _SIMULATED = _drones(lambda swarm: (*swarm.walking, *swarm.simulated))
-_TRACKED = _drones(lambda swarm: swarm.tracked)
 _STARTED, _BATCHING = _processes(lambda row: row.started), _processes(lambda row: row.batches)
 
 TABLE = (
     KeyRow("truth", Pose, _SIMULATED, _all(KINEMATICS), _cameras, 1000, 512),
     KeyRow("nearby", Nearby, _SENSED, _all(GATEWAY), _pilot, 1000, 16384),
-    KeyRow("doubt", IdentityDoubt, _TRACKED, _all(GATEWAY), _pilot, 1000, 512, occasional=True),
     KeyRow("pose", Pose, _POSED, _pose_source, _any_of(_pose_readers, _turning_driver, _all(ROS)), 1000, 512),
     KeyRow("estimate", Estimate, _FOLLOWERS, _pilot, _any_of(_neighbours, _all(ROS)), 1000, 512),
     KeyRow("bids", Bids, _BIDDERS, _pilot, _neighbours, 1000, 16384, occasional=True),
     KeyRow("signals", Signals, _SIGNALLING, _pilot, _all(), 1000, 8192, occasional=True),
     KeyRow("command", Command, _FLYING, _pilot, _any_of(_driver, _all(ROS)), 1000, 512),
     KeyRow("telemetry", Telemetry, _FLYING, _driver, _any_of(_pilot, _all(*ORDERING, ROS)), 40, 512),
-    KeyRow("status", Status, _STARTED, _itself, _any_of(_led, _all(*ORDERING, ROS)), 40, 16384, Delivery.BACKGROUND),
+    KeyRow(
+        "status", Status, _STARTED, _itself,
+        _any_of(_led, _locating, _all(*ORDERING, ROS)), 40, 16384, Delivery.BACKGROUND,
+    ),
     KeyRow(
         # The gateway repeats the newest mission, stamp unchanged, for those who join late.
         "mission", Mission, _everybody,

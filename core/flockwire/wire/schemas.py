@@ -9,7 +9,7 @@ from flockwire.domain.bids import Bids
 from flockwire.domain.body import Nearby
 from flockwire.domain.motion import Estimate
 from flockwire.domain.order import Mission, Stop
-from flockwire.domain.pose import IdentityDoubt, Pose
+from flockwire.domain.pose import Pose
 from flockwire.domain.signals import Signals
 from flockwire.domain.time import TimeReply, TimeRequest
 from flockwire.wire.batch import Batch
@@ -21,7 +21,6 @@ ROS_TYPES: dict[type[Message], str] = {
     Estimate: "flockwire_msgs/msg/LeaderEstimate",
     Command: "geometry_msgs/msg/TwistStamped",
     Nearby: "flockwire_msgs/msg/NearbyBodies",
-    IdentityDoubt: "flockwire_msgs/msg/IdentityDoubt",
     Bids: "flockwire_msgs/msg/Bids",
     Signals: "flockwire_msgs/msg/Signals",
     Telemetry: "flockwire_msgs/msg/Telemetry",
@@ -53,7 +52,6 @@ DEFINITIONS = {
         "geometry_msgs/Vector3 relative_position\nfloat64 radius\ngeometry_msgs/Vector3 velocity"
     ),
     "flockwire_msgs/msg/NearbyBodies": "std_msgs/Header header\nflockwire_msgs/NearbyBody[] bodies",
-    "flockwire_msgs/msg/IdentityDoubt": "std_msgs/Header header\nbuiltin_interfaces/Time since",
     "flockwire_msgs/msg/Bid": "float64 price\nint32 bidder",
     "flockwire_msgs/msg/Bids": ("std_msgs/Header header\nflockwire_msgs/OrderVersion order\nflockwire_msgs/Bid[] bids"),
     "flockwire_msgs/msg/Signal": "string name\nfloat64 value",

@@ -10,7 +10,7 @@ from flockwire.domain.time import SECOND
 from flockwire.domain.vector import Vector
 from flockwire.swarm.model import Swarm, uav
 
-from flockwire_mocap.identities import owner
+from flockwire_mocap.claim import owner
 from flockwire_mocap.survey.conventions import other_conventions
 from flockwire_mocap.tracking import NO_FRAMES, TrackerFrame
 

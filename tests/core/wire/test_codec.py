@@ -7,7 +7,7 @@ from flockwire.domain.bids import Bid, Bids
 from flockwire.domain.body import Body, BodyKind, Nearby
 from flockwire.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire.domain.order import LONGEST_CHANGE, MISSION_VERBS, Change, Mission, Stop, Version
-from flockwire.domain.pose import IdentityDoubt, Pose
+from flockwire.domain.pose import Pose
 from flockwire.domain.time import SECOND, TimeReply, TimeRequest
 from flockwire.wire.cdr import MessageError
 from flockwire.wire.codec import decode, encode
@@ -57,7 +57,6 @@ MESSAGES = (
     ),
     st.builds(Command, stamps, frames, vectors, numbers),
     st.builds(Nearby, stamps, frames, st.lists(bodies, max_size=6).map(tuple)),
-    st.builds(IdentityDoubt, stamps, frames, stamps),
     st.builds(Telemetry, stamps, frames, st.sampled_from(FlightState), numbers, numbers, numbers, st.booleans()),
     st.builds(
         Mission, stamps, frames, st.sampled_from(MISSION_VERBS), stamps, st.text(), st.none() | changes, absent,
@@ -102,8 +101,6 @@ def ros_content(message):  # noqa: PLR0911 (one for each kind)
                     for b in message.bodies
                 ],
             )
-        case IdentityDoubt():
-            return (ros_time(message.since),)
         case Telemetry():
             return (message.state, message.battery, message.height, message.command_age, message.stop_received)
         case Mission():
@@ -172,7 +169,6 @@ def test_every_frame_id_keeps_the_alignment(length):
         Estimate(stamp, frame, LeaderMotion(place, place, place), stamp - 1, 3, Leading.LEADS),
         Command(stamp, frame, place, 0.5),
         Nearby(stamp, frame, several),
-        IdentityDoubt(stamp, frame, stamp - 1),
         Telemetry(stamp, frame, FlightState.FLYING, 0.5, 1.0, 0.01),
         Mission(stamp, frame, "start", stamp, "line"),
         Mission(stamp, frame, "formation", stamp, "line", Change(stamp, 2.0, "", (0, 1, 2), (2, 0, 1))),

@@ -13,7 +13,6 @@ STARTED = ("gateway", "kinematics", *PILOTS, "recorder")
 CHAIN = {  # the paper's: {key: (who publishes it, who subscribes to it beside the recorder)}
     **{Key("truth", uav(i)): ({"kinematics"}, {"gateway"}) for i in range(5)},
     **{Key("nearby", uav(i)): ({"gateway"}, {PILOTS[i]}) for i in range(5)},
-    **{Key("doubt", uav(i)): ({"gateway"}, {PILOTS[i]}) for i in range(5)},
     Key("pose", "uav0"): ({"gateway"}, {"leader", "uav1"}),
     **{Key("pose", uav(i)): ({"gateway"}, {uav(i)}) for i in range(1, 5)},
     **{Key("estimate", uav(i)): ({uav(i)}, {uav(i + 1)}) for i in range(1, 4)},
@@ -21,7 +20,8 @@ CHAIN = {  # the paper's: {key: (who publishes it, who subscribes to it beside t
     **{Key("command", uav(i)): ({PILOTS[i]}, {"kinematics"}) for i in range(5)},
     **{Key("telemetry", uav(i)): ({"kinematics"}, {PILOTS[i], *ORDERING}) for i in range(5)},
     **{Key("status", identity): ({identity}, ORDERING) for identity in STARTED},
-    Key("status", "leader"): ({"leader"}, {"uav1", *ORDERING}),  # whether it leads
+    **{Key("status", pilot): ({pilot}, {"gateway", *ORDERING}) for pilot in AGENTS},  # whose poses are not their own
+    Key("status", "leader"): ({"leader"}, {"gateway", "uav1", *ORDERING}),  # and whether it leads
     **{Key("batch", identity): ({identity}, set()) for identity in STARTED if identity != "recorder"},
     MISSION: ({*ORDERING, "gateway"}, {"gateway", *PILOTS}),
     STOP: (ORDERING, {"kinematics", *PILOTS}),
@@ -95,7 +95,7 @@ def test_a_tracked_leader_is_seen_by_the_gateway_and_never_commanded(make_swarm)
     swarm = make_swarm(tracked)
     assert both(swarm, Key("truth", "uav0")) == ({"kinematics"}, {"gateway"})
     assert both(swarm, Key("pose", "uav0")) == ({"gateway"}, {"leader", "uav1"})
-    assert {key.kind for key in Plan(swarm).keys if key.owner == "uav0"} == {"truth", "pose", "doubt"}
+    assert {key.kind for key in Plan(swarm).keys if key.owner == "uav0"} == {"truth", "pose"}
     assert "uav1" not in both(swarm, Key("status", "leader"))[1]
     assert "kinematics" in both(swarm, MISSION)[1]
     real = make_swarm({**tracked, "gateway.source": "natnet"})
@@ -115,8 +115,9 @@ def test_no_row_names_a_process_that_the_swarm_does_not_have(plans, data):
 def test_the_leaders_status_goes_to_whoever_has_an_edge_from_it_and_no_other_status_to_any_agent(make_swarm):
     for leader in ({}, {"leader.kind": "virtual", "drones.0": None}):
         swarm = make_swarm({"graph.edges": [[0, 1], [0, 3], [1, 2], [2, 3], [3, 4]], **leader})
-        assert both(swarm, Key("status", "leader")) == ({"leader"}, {"uav1", "uav3", *ORDERING})
-        for identity in set(STARTED) - {"leader"}:
+        own = set() if leader else {"gateway"}  # whether its poses are its own; a virtual one has none
+        assert both(swarm, Key("status", "leader")) == ({"leader"}, {"uav1", "uav3", *ORDERING} | own)
+        for identity in set(STARTED) - set(PILOTS):
             assert both(swarm, Key("status", identity)) == ({identity}, ORDERING)
 
 

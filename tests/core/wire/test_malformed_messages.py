@@ -9,7 +9,7 @@ from flockwire.domain.bids import Bid, Bids
 from flockwire.domain.body import Body, BodyKind, Nearby
 from flockwire.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire.domain.order import Change, Mission, Stop, Version
-from flockwire.domain.pose import IdentityDoubt, Pose
+from flockwire.domain.pose import Pose
 from flockwire.wire.cdr import HEADER, LONGEST_SEQUENCE, MessageError
 from flockwire.wire.codec import decode, encode
 from flockwire.wire.status import Report, Status
@@ -22,7 +22,6 @@ SOUND = (
     Estimate(STAMP, "world", LeaderMotion(PLACE, PLACE, PLACE), STAMP - 5, 2, Leading.LEADS),
     Command(STAMP, "world", PLACE),
     Nearby(STAMP, "world", (Body(BodyKind.DRONE, PLACE, 0.0), Body(BodyKind.OBSTACLE, PLACE, 0.2))),
-    IdentityDoubt(STAMP, "world", STAMP - 5),
     Telemetry(STAMP, "world", FlightState.FLYING, 0.9, 1.0, 0.01),
     Mission(STAMP, "world", "start", STAMP, "line"),
     Bids(STAMP, "world", Version(STAMP, 7), (Bid(1.5, 3), Bid(0.0, -1), Bid(2.5, 1))),
@@ -97,7 +96,7 @@ def test_a_claim_of_many_bodies_is_refused_at_once(count):
 
 @pytest.mark.parametrize("wrong", [float("nan"), float("inf"), float("-inf")])
 def test_numbers_that_are_not_finite_are_refused(wrong):
-    pose, estimate, command, nearby, _, telemetry, _, _, _, status = SOUND
+    pose, estimate, command, nearby, telemetry, _, _, _, status = SOUND
     for place in ((wrong, 0.0, 0.0), (0.0, wrong, 0.0), (0.0, 0.0, wrong), (wrong, -wrong, 0.0)):
         for message in (
             pose._replace(position=place),

@@ -20,7 +20,7 @@ VIRTUAL = {"leader.kind": "virtual", "drones.0": None}
 
 def own_inputs(swarm, i):
     """Return what agent i may receive by the paper: itself, its in-neighbours, and the orders."""
-    keys = {Key("pose", uav(i)), Key("doubt", uav(i)), Key("telemetry", uav(i)), MISSION, STOP}
+    keys = {Key("pose", uav(i)), Key("telemetry", uav(i)), MISSION, STOP}
     neighbours = swarm.topology.neighbours(i)
     keys |= {Key("estimate", uav(j)) for j in neighbours if j} | {Key("pose", "uav0") for j in neighbours if not j}
     keys |= {Key("status", "leader")} if 0 in neighbours else set()  # whether it leads

@@ -1,72 +1,144 @@
-"""Whether a drone's tracked body moves as it is commanded.
+"""Whether a tracked body moves as its drone is commanded.
 
-The stopping point y of an airframe obeys y' = u (state.py). A tracker that moves the body away at a velocity d
-makes its pilot command −d, so the body stays and the residual is d. No other sensor on board knows the position.
+The stopping point y of an airframe obeys y' = g u + w (state.py), w the wind and g its gain, about 1. If two drones
+have exchanged their names, y' = −u; if the body is another drone's that hovers, y' = 0; and if that one lands, the
+height z of the pose falls, but not the height h that the own airframe measures.
 
-    E <- LP(y' − u),   U <- LP(u),   LP: first order, T = 3 s        (ours)
-    the body is not the drone's if |E| > drift + 0.2 |U| + 0.05 |u − U| for 0.5 s
+    R = y(t) − y(s) − U,   U = ∫_s^t u   (horizontal parts)
+    the body is not the drone's if, for some s in the last 2 s,
+    |R| > 0.4 m + d (t − s) + 0.3 |U| + 0.6 (lag + D) |v(t) − v(s)|   or
+    |z(t) − z(s) − h(t) + h(s)| > 0.8 m + a |v_z|                                                       (ours)
 
-The drift is that of an airframe that hovers by its own sensors (a good one: 0.1 m/s), and that of the wind. The other
-terms allow for a gain that is wrong by 20 %, and for a lag that is wrong by 0.15 s.
+The terms allow for a wind of d, for a gain that is wrong by 30 %, for a lag that is wrong by 60 %, for a box below the
+drone and for a time a between h and z. A body that a tracker moves away more slowly than d looks like one in a wind.
+
+A position that stays equal, bit for bit, from s on is that of a drone whose commands and wind balance. It is not the
+drone's if the commands changed since, or if they were steady at u_0 while it flew at v, and it can hardly have stopped:
+
+    |∫_s^{t−T} (u − u(s))| > 0.05 m + 0.02 m/s (t − T − s)   or, with U' = ∫_s^{t−T} (u − u_0),
+    |U' + v (t − T − s)| > 0.05 m + 0.2 m/s (t − T − s) + 0.3 |U'|,   T = 0.15 s + 1.6 (lag + D)         (ours)
 """
 
 from __future__ import annotations
 
-from math import dist, exp, hypot
+from collections import deque
+from itertools import pairwise
+from math import dist, hypot
+from typing import Final, NamedTuple
 
-from flockwire.domain.vector import ZERO, Vector
+from flockwire.domain.motion import Motion
+from flockwire.domain.vector import Vector
 
-TIME_CONSTANT = 3.0  # s
-GAIN_ERROR = 0.2
-LAG_ERROR = 0.15 / TIME_CONSTANT
-LASTING = 0.5  # s
+WINDOW: Final = 2.0  # s
+OFFSET: Final = 0.4  # m
+GAIN_ERROR: Final = 0.3
+LAG_ERROR: Final = 0.6
+BOX: Final = 0.8  # m
+REPEATED: Final = 0.15  # s for which a slow tracker may repeat a position
+UNMOVED: Final = 0.05  # m of motion that need not show
+DEAD_ZONE: Final = 0.02  # m/s of commands that an airframe may not obey
+CHANGE: Final = 0.1  # m/s of commands that count as steady
+UNSTEADY: Final = 0.2  # m/s that steady commands may lose
+LOOK: Final = 0.1  # s, between two updates
+
+
+class Moved(NamedTuple):
+    """What was seen `at` a time, s: the motion, and the integral of the commands, m."""
+
+    at: float
+    motion: Motion
+    travelled: Vector
 
 
 class MotionResidual:
-    """The residual of one drone.
+    """The residual of one drone in a wind of at most `drift`, m/s; `slowness` is its lag + D, s."""
 
-    `drift`: m/s, of the airframe; `fastest`: the largest |y' − u|, m/s, that is motion and not a jump.
-    """
-
-    def __init__(self, drift: float, fastest: float) -> None:
-        self.speed = 0.0  # m/s, |E|
-        self._drift, self._fastest = drift, fastest
-        self.reset()
+    def __init__(self, drift: float, slowness: float) -> None:
+        self._drift, self._slowness = drift, slowness
+        self._shows_after = REPEATED + (1.0 + LAG_ERROR) * slowness
+        self._moved: deque[Moved] = deque()
+        self._floors: deque[tuple[float, float, float]] = deque()  # s, z − h, m, and how uncertain that is, m
 
     def reset(self) -> None:
-        """Forget: the drone does not fly freely, or its position is not known."""
-        self.speed, self._error, self._usual = 0.0, ZERO, ZERO
-        self._last: tuple[float, Vector, Vector] | None = None
-        self._since: float | None = None
+        """Forget the motion: the drone does not fly freely, or its position is not known."""
+        self._moved.clear()
 
-    def update(self, stopping: Vector, travelled: Vector, now: float) -> bool:
-        """Return whether the body moves apart from its commands.
+    def forget_heights(self) -> None:
+        """Forget the heights: that of the airframe, or its position, is not known."""
+        self._floors.clear()
 
-        `stopping` is y and `travelled` the integral of u, both m, at `now` (s).
+    def update(self, motion: Motion, travelled: Vector, now: float) -> None:
+        """Receive the `motion` and the integral of the commands, m, at `now` (s)."""
+        moved = self._moved
+        while moved and not 0.0 < now - moved[0].at <= WINDOW:
+            moved.popleft()
+        moved.append(Moved(now, motion, travelled))
+
+    def apart(self) -> float:
+        """Return the speed, m/s, at which the body moves apart from the commands; 0 while it can be the drone's."""
+        return max([self._apart(before, self._moved[-1]) for before in self._moved], default=0.0)
+
+    def repeats(self) -> bool:
+        """Return whether its position is one that the tracker repeats."""
+        moved = list(self._moved)
+        first = last = len(moved) - 1
+        while first > 0 and moved[first - 1].motion.position == moved[last].motion.position:
+            first -= 1
+        end = last
+        while end > first and moved[end].at > moved[last].at - self._shows_after:
+            end -= 1
+        if end == first:
+            return False
+        elapsed = moved[end].at - moved[first].at
+        since = _beside(moved[first], moved[end], _rate(moved[first], moved[first + 1]))
+        if hypot(*since) > UNMOVED + DEAD_ZONE * elapsed:
+            return True
+        if first < 2 or not self._was_steady(moved[:first]):
+            return False
+        (x0, y0, z0), (x, y, z), dt = (
+            moved[first - 2].motion.position,
+            moved[first - 1].motion.position,
+            moved[first - 1].at - moved[first - 2].at,
+        )
+        dx, dy, dz = _beside(moved[first], moved[end], _rate(moved[first - 2], moved[first - 1]))
+        goes_on = hypot(dx + elapsed * (x - x0) / dt, dy + elapsed * (y - y0) / dt, dz + elapsed * (z - z0) / dt)
+        return goes_on > UNMOVED + UNSTEADY * elapsed + GAIN_ERROR * hypot(dx, dy, dz)
+
+    def _was_steady(self, moved: list[Moved]) -> bool:
+        """Return whether the commands did not change, for as long as the drone takes to show them."""
+        now, steady = moved[-1], _rate(moved[-2], moved[-1])
+        rates = [_rate(a, b) for a, b in pairwise(moved) if a.at > now.at - self._shows_after - LOOK]
+        return all(dist(rate, steady) <= CHANGE + GAIN_ERROR * hypot(*steady) for rate in rates)
+
+    def rise(self, motion: Motion, height: float, age: float, now: float) -> float:
+        """Return how far, m, the body rose or sank apart from the airframe; 0 while it can be the drone's.
+
+        `height` is h, m, measured `age` s before or after the position of `now` (s).
         """
-        last, self._last = self._last, (now, stopping, travelled)
-        if last is None or now <= last[0]:
-            return False
-        dt, q = now - last[0], exp((last[0] - now) / TIME_CONSTANT)
-        command, motion = _rate(last[2], travelled, dt), _rate(last[1], stopping, dt)
-        if dist(motion, command) > self._fastest:  # the gateway judges jumps
-            return False
-        self._error = _mean(self._error, (motion[0] - command[0], motion[1] - command[1], motion[2] - command[2]), q)
-        self._usual = _mean(self._usual, command, q)
-        self.speed = hypot(*self._error)
-        limit = self._drift + GAIN_ERROR * hypot(*self._usual) + LAG_ERROR * dist(command, self._usual)
-        if self.speed <= limit:
-            self._since = None
-            return False
-        self._since = now if self._since is None else self._since
-        return now - self._since >= LASTING
+        floors, floor, unsure = self._floors, motion.position[2] - height, age * abs(motion.velocity[2])
+        while floors and not 0.0 < now - floors[0][0] <= WINDOW:
+            floors.popleft()
+        step = max([abs(floor - before) - max(unsure, other) for _, before, other in floors], default=0.0)
+        floors.append((now, floor, unsure))
+        return step if step > BOX else 0.0
+
+    def _apart(self, before: Moved, after: Moved) -> float:
+        elapsed, (x0, y0, _), (x, y, _) = after.at - before.at, before.motion.stopping, after.motion.stopping
+        ux, uy = after.travelled[0] - before.travelled[0], after.travelled[1] - before.travelled[1]
+        (vx, vy, _), (wx, wy, _) = before.motion.velocity, after.motion.velocity
+        slow = LAG_ERROR * self._slowness * hypot(wx - vx, wy - vy)
+        residual = hypot(x - x0 - ux, y - y0 - uy)
+        most = OFFSET + self._drift * elapsed + GAIN_ERROR * hypot(ux, uy) + slow
+        return residual / elapsed if residual > most else 0.0
 
 
-def _rate(before: Vector, after: Vector, dt: float) -> Vector:
-    return ((after[0] - before[0]) / dt, (after[1] - before[1]) / dt, (after[2] - before[2]) / dt)
+def _rate(before: Moved, after: Moved) -> Vector:
+    """Return the mean command between two times, m/s."""
+    dt, (x0, y0, z0), (x, y, z) = after.at - before.at, before.travelled, after.travelled
+    return ((x - x0) / dt, (y - y0) / dt, (z - z0) / dt)
 
 
-def _mean(mean: Vector, value: Vector, q: float) -> Vector:
-    """Return the low-passed `mean` after a step with the factor `q`."""
-    p = 1.0 - q
-    return (q * mean[0] + p * value[0], q * mean[1] + p * value[1], q * mean[2] + p * value[2])
+def _beside(before: Moved, after: Moved, rate: Vector) -> Vector:
+    """Return the integral of the commands between two times less a constant `rate` (m/s), m."""
+    dt, (x0, y0, z0), (x, y, z) = after.at - before.at, before.travelled, after.travelled
+    return (x - x0 - dt * rate[0], y - y0 - dt * rate[1], z - z0 - dt * rate[2])
