@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from math import inf
-from typing import Final, NamedTuple, Protocol
+from typing import Any, Final, NamedTuple, Protocol
 
 from flockwire.compiling import mypyc_attr
 from flockwire.control.around.bent_place import DetourParameters
@@ -145,7 +145,7 @@ class Law(Protocol):
         """Return the decision at `now`; called at the control rate, also on the ground."""
 
 
-def check_decision(decision: Decision) -> None:
+def check_decision(decision: object) -> None:
     """Raise an error for a decision that cannot be flown, or that compiled code would not take."""
     if not isinstance(decision, Decision):
         raise TypeError(f"a step must return a Decision, not {decision!r}")
@@ -161,14 +161,14 @@ def check_decision(decision: Decision) -> None:
         _check_signals(decision.signals)
 
 
-def _check_signals(signals: Mapping[str, float]) -> None:
+def _check_signals(signals: Mapping[Any, Any]) -> None:
     """Raise ValueError for signals that a trace cannot keep."""
     if len(signals) > MOST_SIGNALS:
         raise ValueError(f"{len(signals)} signals: must be {MOST_SIGNALS} or fewer")
     for name, value in signals.items():
         if not isinstance(name, str) or not 0 < len(name) <= LONGEST_NAME:
             raise ValueError(f"signal {name!r}: its name must be text of 1 to {LONGEST_NAME} characters")
-        if not isinstance(value, float | int) or not -inf < value < inf:
+        if not isinstance(value, float | int) or not -inf < float(value) < inf:
             raise ValueError(f"signal {name!r} = {value!r}: must be a finite number")
 
 

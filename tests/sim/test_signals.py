@@ -87,6 +87,11 @@ def test_only_the_recorder_receives_them_and_only_of_an_own_law(make_plan: Calla
     assert not [key for key in built_in.keys if key.kind == "signals"]
 
 
+@pytest.mark.parametrize("value", [1, 0.5, True, np.float64(2.0)])
+def test_numbers_of_every_usual_type_are_kept(value: float) -> None:
+    check_decision(Decision(signals={"V": value}))
+
+
 @pytest.mark.parametrize(
     ("signals", "rule"),
     [
