@@ -20,6 +20,7 @@ from flockwire.swarm.model import uav
 from flockwire.wire.phase import Phase
 
 from flockwire_analysis.observed import Observed, version_of
+from flockwire_analysis.phases import at
 from flockwire_analysis.recorded import Trace
 
 TOLERANCE = SECOND // 1000  # ns by which an age in a status may be rounded
@@ -77,7 +78,7 @@ class _Replay:
             self._newest = max(self._newest, before.stamp)
             self._set_back = after.stamp < self._newest
             orders = self._orders(before, after)
-            where = f"{uav(self._number)} at {(after.stamp - self._trace.begin) / SECOND:.1f} s of the recording"
+            where = f"{uav(self._number)} at {at(self._trace, after.stamp)}"
             if after.phase not in self._phases(before, after, orders):
                 yield f"{where}: {after.phase} after {before.phase} ({_verb(before)}, {_verb(after)})"
             if version_of(before.mission) == version_of(after.mission):

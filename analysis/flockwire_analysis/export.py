@@ -15,7 +15,7 @@ from flockwire.extras import remedy
 from flockwire.swarm.model import uav
 
 from flockwire_analysis.events import events
-from flockwire_analysis.phases import Span, formation_phases
+from flockwire_analysis.phases import Span, formation_phases, origin
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Integers
@@ -40,37 +40,41 @@ class ExportError(ValueError):
 def tables(trace: Trace) -> Iterator[tuple[str, Table]]:
     """Yield name and columns of each table that has rows.
 
-    `t_s` is mission time in s (time since the trace's start if no formation was flown), `stamp_ns` Unix time. The
+    `t_s` is in s from the start of the formation (of the trace if none was flown), `stamp_ns` Unix time. The
     `phase` of an error is the number of summary.json's phase, from 1 on; 0 outside all, as after a hold or in a
     landing. `in_tail` is 1 in the judged part of the phase, else 0.
     """
     phases = [phase.span for phase in formation_phases(trace)]
-    origin = phases[0].begin if phases else trace.begin
+    zero = origin(trace)
     for kind, columns in COLUMNS.items():
         series = [(i, one) for i in sorted({0, *trace.flying}) if len(one := trace.of(kind, i))]
         parts = [(i, one.stamps, np.hstack([one.values, one.orientations])) for i, one in series]
         if parts:
-            yield kind, _table(parts, columns, origin)
+            yield kind, _table(parts, columns, zero)
     for name, errors in (
         ("formation_error", formation_errors(trace)),
         ("observation_error", observation_errors(trace)),
     ):
         parts = [(i, one.stamps, one.values[:, None]) for i, one in errors.items() if len(one.stamps)]
         if parts:
-            table = _table(parts, ("error_m",), origin)
+            table = _table(parts, ("error_m",), zero)
             yield name, table | _phases(phases, np.array(table["stamp_ns"], np.int64))
+    if trace.signals:
+        parts = [(i, one.stamps, one.values[:, None]) for i, named in trace.signals.items() for one in named.values()]
+        names = [name for named in trace.signals.values() for name, one in named.items() for _ in one.stamps]
+        yield "signals", _table(parts, ("value",), zero) | {"signal": names}
     if found := events(trace):
         stamps = [event.stamp for event in found]
-        yield "events", {"t_s": [(s - origin) / SECOND for s in stamps], "stamp_ns": stamps,
+        yield "events", {"t_s": [(s - zero) / SECOND for s in stamps], "stamp_ns": stamps,
                          "event": [event.text for event in found]}  # fmt: skip
 
 
-def _table(parts: Sequence[tuple[int, Any, Any]], columns: tuple[str, ...], origin: int) -> Table:
+def _table(parts: Sequence[tuple[int, Any, Any]], columns: tuple[str, ...], zero: int) -> Table:
     stamps = np.concatenate([stamps for _, stamps, _ in parts])
     values = np.concatenate([values for _, _, values in parts])
     drones = [uav(i) for i, stamps, _ in parts for _ in range(len(stamps))]
     named = {name: values[:, place].tolist() for place, name in enumerate(columns)}
-    return {"t_s": ((stamps - origin) / SECOND).tolist(), "stamp_ns": stamps.tolist(), "drone": drones, **named}
+    return {"t_s": ((stamps - zero) / SECOND).tolist(), "stamp_ns": stamps.tolist(), "drone": drones, **named}
 
 
 def _phases(phases: Sequence[Span], stamps: Integers) -> Table:

@@ -8,7 +8,7 @@ import numpy as np
 from flockwire.domain.time import SECOND
 from flockwire.wire.keys import Key
 
-from flockwire_analysis.phases import Span
+from flockwire_analysis.phases import Span, at
 from flockwire_analysis.recorded import Trace, is_repeated
 from flockwire_analysis.series import Floats, Series
 
@@ -46,7 +46,7 @@ def control_rate(trace: Trace, number: int, spans: list[Span]) -> float | None:
 def where(trace: Trace, gap: Gap) -> str:
     """Return topic and time of a gap as text."""
     topic = f"/{trace.plan.text(gap.key)}" if gap.key is not None else "no topic"
-    return f"in {topic}, {(gap.begin - trace.begin) / SECOND:.1f} s after its start"
+    return f"in {topic}, from {at(trace, gap.begin)} on"
 
 
 def beside(trace: Trace) -> str:

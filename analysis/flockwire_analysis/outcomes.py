@@ -12,7 +12,7 @@ from flockwire.swarm.model import uav
 from flockwire.wire.keys import Key
 from flockwire.wire.phase import Phase
 
-from flockwire_analysis.phases import FormationPhase
+from flockwire_analysis.phases import FormationPhase, at
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Series
 from flockwire_analysis.tracking import interpolated
@@ -52,7 +52,7 @@ def grounded(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[str, ...
         down = telemetry.values[:, 0] == FlightState.GROUNDED
         stamps = [telemetry.stamps[phase.span.holds(telemetry.stamps) & down] for phase in phases]
         if len(together := np.concatenate([np.empty(0, np.int64), *stamps])):
-            found.append(f"{uav(i)} from {_seconds(trace, int(together[0]))}")
+            found.append(f"{uav(i)} from {at(trace, int(together[0]))}")
     return tuple(found)
 
 
@@ -93,7 +93,7 @@ def _losses(trace: Trace, number: int, end: int, down: int) -> Iterator[str]:
     telemetry = trace.of("telemetry", number)
     stopped = telemetry.stamps[telemetry.values[:, 0] == FlightState.STOPPED]
     if len(stopped) and not any(stop.stamp <= stopped[0] + SECOND for stop in trace.stops):
-        yield f"the motors of {uav(number)} stopped without an order at {_seconds(trace, int(stopped[0]))}"
+        yield f"the motors of {uav(number)} stopped without an order at {at(trace, int(stopped[0]))}"
 
 
 def _up(trace: Trace, number: int) -> Iterator[str]:
@@ -116,7 +116,3 @@ def _landing_began(trace: Trace, number: int) -> int | None:
     states = trace.states.get(trace.plan.pilot[number], ())
     own = [state.stamp for state in states if state.phase == Phase.LANDING]
     return min([*orders[-1:], *own[-1:]], default=None)
-
-
-def _seconds(trace: Trace, stamp: int) -> str:
-    return f"{(stamp - trace.begin) / SECOND:.1f} s of the recording"

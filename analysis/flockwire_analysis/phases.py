@@ -63,6 +63,16 @@ def airborne(trace: Trace) -> Span:
     return Span(begin, _end(trace, begin))
 
 
+def origin(trace: Trace) -> int:
+    """Return the flight's time 0, Unix ns: that of its first formation; the trace's begin if none was flown."""
+    return next((span.begin for _, span in _spans(trace)), trace.begin)
+
+
+def at(trace: Trace, stamp: int) -> str:
+    """Return `stamp` (Unix ns) as the flight's time, in words: negative before its first formation."""
+    return f"t = {(stamp - origin(trace)) / SECOND:.1f} s"
+
+
 def formation_phases(trace: Trace) -> tuple[FormationPhase, ...]:
     """Return a phase for each start order, from the formation's time 0 (or the order, if later).
 

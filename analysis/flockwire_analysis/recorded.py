@@ -23,6 +23,11 @@ def is_repeated(kind: str) -> bool:
     return kind == TIME_REQUEST or ROWS[kind].delivery is Delivery.EVENT
 
 
+def is_virtual(trace: Trace) -> bool:
+    """Return whether the flight was flown in virtual time, whose date has no meaning."""
+    return trace.metadata.get("world") == "virtual"
+
+
 @dataclass(frozen=True, slots=True)
 class ProcessRecord:
     """The record of one publisher: its `last` status, its mean share of one core, and all its links."""

@@ -20,14 +20,15 @@ from flockwire.wire.phase import Phase
 from flockwire_analysis.events import Event, events
 from flockwire_analysis.moving_bodies import MovingBody, moving_bodies
 from flockwire_analysis.observed import Shown
-from flockwire_analysis.recorded import Trace
+from flockwire_analysis.recorded import Trace, is_virtual
 from flockwire_analysis.sampled import Sampled, sampled, worst_moments
-from flockwire_analysis.series import Floats
+from flockwire_analysis.series import Floats, Signal
 from flockwire_analysis.summary import Summary
 from flockwire_analysis.view import FOLDER, filled, outline, scripts, style
 
 MOST = 1_200_000  # numbers in a page, about six characters each
 MOST_SENSED = MOST // 4  # of these, of moving bodies
+MOST_OF_SIGNAL = 2000  # samples
 FOR_EACH = 8  # numbers of one drone at one step
 TOGETHER = SECOND // 2  # ns within which drones that change to the same phase make one mark
 SILENT = "silent"
@@ -68,7 +69,8 @@ def flight_data(trace: Trace) -> dict[str, Any]:
     """Return what the page shows: times in s from the first formation's time 0, else from the trace's begin.
 
     Positions, places and errors are in mm, one for each of `count` steps of `step` s from `begin` on, null where they
-    are unknown; `zero` is time 0 in ms of Unix time. Others are lists of changes with their times.
+    are unknown; `zero` is time 0 in ms of Unix time, without meaning if `virtual`. Others are lists of changes with
+    their times.
     """
     numbers = sorted(trace.plan.pilot)
     flight = sampled(trace, MOST // (FOR_EACH * len(numbers)))
@@ -81,6 +83,7 @@ def flight_data(trace: Trace) -> dict[str, Any]:
     return {
         "outline": outline(trace.plan),
         "zero": zero // 1_000_000,
+        "virtual": is_virtual(trace),
         "begin": (int(flight.stamps[0]) - zero) / SECOND,
         "step": int(np.diff(flight.stamps[:2]).sum() or SECOND) / SECOND,
         "count": len(flight.stamps),
@@ -90,6 +93,10 @@ def flight_data(trace: Trace) -> dict[str, Any]:
                 "place": _millimetres(flight.references[i]),
                 "error": _millimetres(flight.formation(i)[:, None])[0],
                 "observation": _millimetres(flight.observation[i][:, None])[0] if i in flight.observation else [],
+                "signals": {
+                    name: [[seconds(stamp), value] for stamp, value in zip(*_thinned(one), strict=True)]
+                    for name, one in trace.signals.get(i, {}).items()
+                },
                 "battery": [[seconds(stamp), share] for stamp, share in _battery(trace, i)],
                 "reports": _reports(trace, pilots[i], seconds),
             }
@@ -131,6 +138,12 @@ def _millimetres(values: Floats) -> list[list[int | None]]:
         [value if one else None for value, one in zip(column, is_known, strict=True)]
         for column, is_known in zip(whole, known.T.tolist(), strict=True)
     ]
+
+
+def _thinned(signal: Signal) -> tuple[list[int], list[float]]:
+    """Return stamps and values of at most MOST_OF_SIGNAL or so samples of a law's signal."""
+    every = 1 + len(signal.stamps) // MOST_OF_SIGNAL
+    return signal.stamps[::every].tolist(), signal.values[::every].tolist()
 
 
 def _battery(trace: Trace, number: int) -> Iterator[tuple[int, int]]:

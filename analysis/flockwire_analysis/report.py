@@ -13,7 +13,7 @@ from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
 from flockwire_analysis.graph_picture import graph_picture
 from flockwire_analysis.reading import read_trace
-from flockwire_analysis.recorded import ProcessRecord, Trace
+from flockwire_analysis.recorded import ProcessRecord, Trace, is_virtual
 from flockwire_analysis.replay import NAME as REPLAY
 from flockwire_analysis.replay import write_replay
 from flockwire_analysis.summary import Summary, bad_input, summarise
@@ -94,7 +94,7 @@ def page(trace: Trace, summary: Summary, pictures: Sequence[Picture], probe: dic
 def _subtitle(trace: Trace, summary: Summary) -> str:
     drones = f"{summary.drones} drone{'s' if summary.drones != 1 else ''}"
     started = trace.metadata.get("started", "").replace("T", " ").replace("+00:00", " UTC")
-    if trace.metadata.get("world") == "virtual":  # its date means nothing
+    if is_virtual(trace):  # its date means nothing
         started = f"virtual time, seed {trace.metadata['seed']}"
     return " · ".join(part for part in (drones, f"{summary.duration_s:.1f} s recorded", started) if part)
 

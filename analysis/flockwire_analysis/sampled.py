@@ -11,7 +11,7 @@ import numpy as np
 from flockwire.control.graph import LEADER
 from flockwire.domain.time import SECOND
 
-from flockwire_analysis.phases import airborne, formation_phases
+from flockwire_analysis.phases import airborne, formation_phases, origin
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.separation import nearest_surface
 from flockwire_analysis.series import Booleans, Floats, Integers
@@ -56,8 +56,7 @@ class Sampled:
 def sampled(trace: Trace, most: int) -> Sampled:
     """Return a flight from shortly before its first order to the trace's end, in at most `most` steps or so."""
     begin = max(trace.begin, min(trace.end, airborne(trace).begin) - BEFORE)  # an order's stamp may be later than all
-    phases = formation_phases(trace)
-    zero = phases[0].span.begin if phases else trace.begin
+    zero = origin(trace)
     step = max(FINEST, -(-(trace.end - begin) // most // MS) * MS)
     first = zero - (zero - begin) // step * step
     stamps = np.arange(first, max(first, trace.end) + 1, step, dtype=np.int64)

@@ -164,13 +164,13 @@ def _figures(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[PhaseFig
     for phase in phases:
         span = phase.span
         errors = replace(tracking.figures(formation, span), settled_s=tracking.settling_time(judged, span))
-        off = None
-        if errors.settled_s is not None:
-            settled = Span(span.begin + nanoseconds(errors.settled_s), span.end)
-            off = tracking.longest_off(judged, steady, settled, kept_within(trace.swarm))
+        since = errors.settled_s
+        settled = span.tail() if since is None else Span(span.begin + nanoseconds(since), span.end)
+        off = tracking.longest_off(judged, steady, settled, kept_within(trace.swarm))
         found.append(PhaseFigures(
             phase.formation, (span.begin - origin) / SECOND, span.length,
-            tracking.figures(observation, span), errors, tracking.largest_tail(judged, steady, span), off,
+            tracking.figures(observation, span), errors, tracking.largest_tail(judged, steady, span, settled),
+            None if since is None else off,
             _without_places(trace, formation, span),
         ))  # fmt: skip
     return tuple(found)

@@ -130,16 +130,17 @@ def largest(values: Sequence[float | None]) -> float | None:
     return max(known) if known and len(known) == len(values) else None
 
 
-def largest_tail(errors: dict[int, Errors], steady: dict[int, Errors], phase: Span) -> float | None:
+def largest_tail(errors: dict[int, Errors], steady: dict[int, Errors], phase: Span, settled: Span) -> float | None:
     """Return the largest error in the tail of `phase`, m, by the samples in `steady`; None as in `figures`.
 
-    A follower without such samples is judged by all of its samples.
+    A follower without such samples is judged by those in the span `settled`, and without any by its whole tail.
     """
     tail = phase.tail()
     found = []
     for number, error in errors.items():
-        chosen = [each.values[tail.holds(each.stamps)] for each in (steady[number], error)]
-        found.append(next((float(values.max()) for values in chosen if len(values)), None))
+        chosen = ((steady[number], tail), (steady[number], settled), (error, tail))
+        samples = (each.values[span.holds(each.stamps)] for each, span in chosen)
+        found.append(next((float(values.max()) for values in samples if len(values)), None))
     return largest(found)
 
 

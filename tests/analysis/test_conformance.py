@@ -89,7 +89,7 @@ def test_a_process_that_was_restarted_begins_again_but_obeys_no_order_from_befor
     assert replayed(*flight, steps=(50, 60))
     landed = [("ready", None, GROUNDED), ("ready", None, GROUNDED), ("take-off", TAKEOFF, GROUNDED)]
     (sentence,) = replayed(*landed, steps=(50, 1, 10))
-    assert sentence == "uav1 at 0.2 s of the recording: take-off after ready (no order, takeoff)"
+    assert sentence == "uav1 at t = 0.2 s: take-off after ready (no order, takeoff)"
 
 
 def test_a_deviation_fails_the_flight(good_flight):
@@ -100,7 +100,7 @@ def test_a_deviation_fails_the_flight(good_flight):
     trace.histories["uav2"] = (*history[: at + 1], history[at]._replace(phase="formation"), *history[at + 1 :])
     (failure,) = summarise(trace).failures()
     assert failure.startswith("conformance: 1 (uav2 at ")
-    assert failure.endswith("s of the recording: formation after landing (land, land)), must be none")
+    assert failure.endswith(" s: formation after landing (land, land)), must be none")
 
 
 def test_a_clock_that_is_set_back_says_nothing_about_the_airframe():

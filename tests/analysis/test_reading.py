@@ -88,7 +88,7 @@ def test_what_a_dispensable_process_lost_is_said_and_not_judged(tmp_path, swarm_
     assert said == {
         "ros": (
             0, 10, 0.0, "messages that a flight can do without were not recorded: 10, "
-            "up to 1.1 s in /paper/ros/status, 0.1 s after its start; no check counts them",
+            "up to 1.1 s in /paper/ros/status, from t = 0.1 s on; no check counts them",
         ),
         "uav1": (10, 0, 1.1, ""),
     }  # fmt: skip

@@ -28,7 +28,7 @@ def looking(link, folder, look):
         async with browser(folder / "profile") as page:
             await page.resize(1280, 800, False)
             await page.open(link)
-            await page.until(f"{CLOCK} === 't = -1.98 s'")
+            await page.until(f"{CLOCK} === 't = 0.00 s'")
             await look(page)
 
     asyncio.run(run())
@@ -57,6 +57,33 @@ def test_the_slider_moves_the_clock_the_table_and_the_drones(link, tmp_path):
             "document.body.dispatchEvent(new KeyboardEvent('keydown', {key: 'ArrowRight', bubbles: true}))"
         )
         assert await page.value(CLOCK) == "t = 2.04 s"
+
+    looking(link, tmp_path, look)
+
+
+def test_it_opens_at_the_start_of_the_formation_with_every_drone(link, tmp_path):
+    async def look(page):
+        cells = "[...document.querySelectorAll('#rows tr td:nth-child({}) ')].map((one) => one.textContent)"
+        assert await page.value(cells.format(2)) == ["formation"] * 5
+        errors = await page.value(cells.format(7))
+        assert errors[0] == ""
+        assert all(error.isdecimal() for error in errors[1:])  # positions are in whole mm
+        assert await page.value("flight.drones[1].position[0][0] !== null")
+
+    looking(link, tmp_path, look)
+
+
+def test_the_list_of_events_follows_the_flight(link, tmp_path):
+    async def look(page):
+        await page.value(
+            "flight.marks = Array.from({length: 90}, (_, k) => ({t: k / 20, kind: 'order', text: `${k}`}))"
+        )
+        await page.value("document.getElementById('events').replaceChildren(); fill(); seek(4.0)")
+        now, height = "document.querySelector('#events .now')", "document.getElementById('events').clientHeight"
+        top = await page.value(f"{now}.offsetTop - document.getElementById('events').scrollTop")
+        assert await page.value(f"{now}.textContent.endsWith('80')")
+        assert 0 <= top <= await page.value(height)
+        assert await page.value("document.getElementById('side').scrollTop") == 0
 
     looking(link, tmp_path, look)
 

@@ -17,7 +17,11 @@ from flockwire.wire.codec import decode, encode
 from flockwire.wire.keys import Key
 from flockwire.wire.plan import Plan
 from flockwire_agent.extended_law import ExtendedLaw
+from flockwire_analysis.export import tables
+from flockwire_analysis.figures import draw
+from flockwire_analysis.phases import origin
 from flockwire_analysis.reading import read_trace
+from flockwire_analysis.replay import flight_data
 from flockwire_sim.flight import Flight, fly_recorded
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
@@ -115,3 +119,19 @@ def test_the_message_survives_the_wire_and_nothing_else_does() -> None:
             decode(Signals, data[:end])
     with pytest.raises(MessageError, match="not finite"):
         decode(Signals, encode(Signals(0, "world", (("V", float("nan")),))))
+
+
+def test_a_laws_numbers_have_a_table_a_figure_and_a_curve_in_the_replay(recorded: Path, tmp_path: Path) -> None:
+    trace = read_trace(recorded)
+    table = dict(tables(trace))["signals"]
+    energy = [
+        value
+        for drone, name, value in zip(table["drone"], table["signal"], table["value"], strict=True)
+        if (drone, name) == ("uav1", "V")
+    ]
+    assert energy == trace.signals[1]["V"].values.tolist()
+    picture = next(one for one in draw(trace, tmp_path) if one.path.stem == "signals")
+    assert picture.path.exists()
+    curve, own = flight_data(trace)["drones"][2]["signals"]["V"], trace.signals[2]["V"]
+    assert [value for _, value in curve] == own.values.tolist()
+    assert curve[0][0] == pytest.approx((own.stamps[0] - origin(trace)) / SECOND, abs=1e-3)

@@ -10,6 +10,7 @@ from matplotlib import rc_context
 from flockwire_analysis.figures import distances, errors, motion
 from flockwire_analysis.figures.drawing import STYLE, Canvas, Picture
 from flockwire_analysis.figures.latency import latency
+from flockwire_analysis.figures.signals import signals
 from flockwire_analysis.figures.trajectories import trajectories
 from flockwire_analysis.recorded import Trace
 
@@ -25,6 +26,7 @@ FIGURES: tuple[Callable[[Canvas], Picture | None], ...] = (
     distances.between_drones,
     distances.to_obstacles,
     latency,
+    signals,
 )
 
 

@@ -12,7 +12,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from flockwire_analysis import separation, tracking
-from flockwire_analysis.figures.drawing import INK, MUTED, OKABE_ITO, STYLE, Canvas, thinned
+from flockwire_analysis.figures.drawing import INK, MOST_NAMED, MUTED, NAME_SIZE, OKABE_ITO, STYLE, Canvas, thinned
 from flockwire_analysis.figures.errors import FLOOR
 from flockwire_analysis.figures.legends import legend, line
 from flockwire_analysis.phases import airborne
@@ -59,7 +59,7 @@ def _over_time(drawn: Sequence[tuple[Trace, Look]], names: Sequence[str], out: P
         axes.set_ylabel(label)
     flights = [(canvas.second(canvas.flight.begin), canvas.second(canvas.flight.end)) for canvas in canvases]
     panels[-1].set_xlim(min(begin for begin, _ in flights), max(end for _, end in flights))
-    panels[-1].set_xlabel("mission time, s")
+    panels[-1].set_xlabel("t, s from the start of the formation")
     figure.align_ylabels(panels)
     legend(panels[0], _entries(names))
     return canvases[0].save(figure, "comparison")
@@ -70,6 +70,7 @@ def _from_above(drawn: Sequence[tuple[Trace, Look]], names: Sequence[str], out: 
     figure, (axes,) = canvas.panels(height=3.5)
     for trace, (colour, style) in drawn:
         _paths(axes, trace, colour, style)
+    _name_ends(axes, canvas)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("x (east), m")
     axes.set_ylabel("y (north), m")
@@ -85,6 +86,19 @@ def _paths(axes: Axes, trace: Trace, colour: str, style: Any) -> None:  # noqa: 
         axes.plot(path[:, 0], path[:, 1], color=colour, linestyle=style, linewidth=width, alpha=0.8)
     for obstacle in trace.swarm.obstacles:
         axes.plot(*obstacle.center[:2], "x", color=INK, markersize=4)
+
+
+def _name_ends(axes: Axes, canvas: Canvas) -> None:
+    """Name the drones of the first flight where their paths end."""
+    numbers = canvas.trace.placed()
+    for number in numbers if len(numbers) <= MOST_NAMED else ():
+        path = places(canvas.trace, number, airborne(canvas.trace).instants(1000))[:, :2]
+        known = path[np.isfinite(path).all(axis=1)]
+        if len(known):
+            axes.annotate(
+                canvas.name(number), known[-1], (3, 3), textcoords="offset points", fontsize=NAME_SIZE, color=MUTED,
+                zorder=7,
+            )  # fmt: skip
 
 
 def _entries(names: Sequence[str]) -> list[Artist]:

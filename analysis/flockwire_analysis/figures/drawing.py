@@ -6,6 +6,7 @@ A figure has the width of a paper's column, with legible type, as PNG and as PDF
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from colorsys import hls_to_rgb
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,7 +15,7 @@ from typing import Any
 import numpy as np
 from flockwire.control.graph import LEADER
 from flockwire.domain.time import SECOND
-from matplotlib import colormaps, rc_context
+from matplotlib import rc_context
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
@@ -22,7 +23,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from flockwire_analysis.events import Event, events
-from flockwire_analysis.phases import Span, airborne, formation_phases
+from flockwire_analysis.phases import Span, airborne, formation_phases, origin
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Floats, Integers
 from flockwire_analysis.tracking import Errors, formation_errors, observation_errors
@@ -69,9 +70,11 @@ class Canvas:
         self.phases = formation_phases(trace)
         self.phase: Span | None = self.phases[0].span if self.phases else None
         self.flight = airborne(trace)
-        self.origin = self.phase.begin if self.phase is not None else trace.begin
+        self.origin = origin(trace)
         self.events = events(trace)
-        self.time_label = "mission time, s" if self.phase is not None else "time since the trace's start, s"
+        self.time_label = (
+            "t, s from the start of the formation" if self.phase is not None else "t, s from the start of the trace"
+        )
 
     @cached_property
     def formation_errors(self) -> dict[int, Errors]:
@@ -96,14 +99,14 @@ class Canvas:
         return self.flight.instants(MOST_POINTS)
 
     def colour(self, number: int) -> str:
-        """Return the colour of drone `number`, the same in every figure; the leader is black."""
+        """Return the colour of drone `number`, the same in every figure and page (view/pen.js); the leader is black."""
         followers = self.trace.swarm.followers
         if number == LEADER:
             return INK
         place = followers.index(number)
         if len(followers) <= len(OKABE_ITO):
             return OKABE_ITO[place]
-        return str(to_hex(colormaps["viridis"](0.95 * place / (len(followers) - 1))))
+        return str(to_hex(hls_to_rgb(place / len(followers), 0.36 + 0.14 * (place % 2), 0.65)))
 
     def name(self, number: int) -> str:
         """Return how pages and figures name drone `number`."""

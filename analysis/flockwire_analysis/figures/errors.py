@@ -54,20 +54,20 @@ def convergence(canvas: Canvas) -> Picture | None:
     figure, (axes,) = canvas.panels()
     for number, error in errors.items():
         within = span.holds(error.stamps)
-        times = (error.stamps[within] - begin) / SECOND
-        axes.plot(times, _drawn(error.values[within]), color=canvas.colour(number))
+        axes.plot(canvas.seconds(error.stamps[within]), _drawn(error.values[within]), color=canvas.colour(number))
     _logarithmic(axes)
     axes.set_ylim(bottom=FLOOR)
     axes.axhline(SETTLED_BELOW, color=MUTED, linewidth=0.7, linestyle=DASHED, zorder=1.5)
-    axes.set_xlim(0.0, span.length)
+    axes.set_xlim(canvas.second(span.begin), canvas.second(span.end))
     axes.set_ylabel(r"$|\eta_i - x_0|$, m")
-    axes.set_xlabel("time since the first estimate, s")
+    axes.set_xlabel(canvas.time_label)
     entries = [line(f"{SETTLED_BELOW:g} m", style=DASHED)]
     if settled is not None:
-        axes.axvline(settled, color=DANGER, linewidth=0.7, linestyle=(0, (1, 2)), zorder=1.5)
-        entries.append(line(f"all below from {settled:.2f} s on", DANGER, (0, (1, 2))))
+        since = canvas.second(begin) + settled
+        axes.axvline(since, color=DANGER, linewidth=0.7, linestyle=(0, (1, 2)), zorder=1.5)
+        entries.append(line(f"all below from {since:.2f} s on", DANGER, (0, (1, 2))))
     legend(axes, canvas.names(errors), entries)
-    caption = "The same errors from the first estimate on, on their own time scale."
+    caption = "The same errors from the first estimate on, until they are small."
     return Picture(canvas.save(figure, "convergence"), "Convergence of the observer", caption)
 
 

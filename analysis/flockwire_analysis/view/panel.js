@@ -75,7 +75,7 @@ function cellsOf(drone) {
     [at ? `${metres(at[0])}, ${metres(at[1])}` : "", "n"],
     [at ? metres(at[2]) : "", "n"],
     [drone.battery < 0 ? "" : `${Math.round(100 * drone.battery)} %`, "n"],
-    [drone.error < 0 ? "" : (1000 * drone.error).toFixed(1), "n"],
+    [drone.error < 0 ? "" : (1000 * drone.error).toFixed(0), "n"],
   ];
 }
 

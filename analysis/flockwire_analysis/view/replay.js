@@ -9,7 +9,7 @@ const SENSED = 0.3; // s that a moving body is shown after a drone sensed it las
 const TABLE_EVERY = 100; // ms while it plays
 const last = flight.count - 1;
 const end = flight.begin + last * flight.step;
-let now = flight.begin; // s of mission time
+let now = Math.min(end, Math.max(flight.begin, 0)); // s from the start of the formation
 let playing = false;
 let drawn = 0; // when the last frame was drawn, ms
 let tabled = 0;
@@ -21,6 +21,14 @@ const charts = [
   new Chart($("errors"), { title: "formation error", log: true, seek }),
   new Chart($("heights"), { title: "height", log: false, seek }),
 ];
+
+const SIGNALS = 6; // of the law, that have a chart
+const signals = [...new Set(Object.values(flight.drones).flatMap((one) => Object.keys(one.signals)))].sort().slice(0, SIGNALS);
+for (const title of signals) {
+  const canvas = element("canvas", { className: "chart" });
+  [...document.querySelectorAll(".chart")].at(-1).after(canvas);
+  charts.push(new Chart(canvas, { title, log: false, seek }));
+}
 
 // Return a value at a fractional index, linear between two known ones, null where it is unknown.
 function between(values, at) {
@@ -82,6 +90,7 @@ function pictureAt(time) {
       sheet: {
         speed: speed(one.position, at),
         "error of its estimate of the leader": observed === null ? "unknown" : `${observed.toFixed(0)} mm`,
+        ...Object.fromEntries(Object.entries(one.signals).map(([name, told]) => [name, current(told, time)?.[1] ?? "none yet"])),
       },
     };
   }
@@ -114,7 +123,8 @@ function draw() {
   scene.draw(shown, trails, flown);
   for (const chart of charts) chart.draw(now, scene.selected);
   $("clock").firstChild.textContent = `t = ${now.toFixed(2)} s`;
-  $("clock").lastChild.textContent = `${new Date(flight.zero + 1000 * now).toISOString().slice(11, 19)} UTC`;
+  const utc = () => `${new Date(flight.zero + 1000 * now).toISOString().slice(11, 19)} UTC`;
+  $("clock").lastChild.textContent = flight.virtual ? "virtual time" : utc();
   $("slider").value = Math.round(at);
   $("slider").setAttribute("aria-valuetext", `${now.toFixed(2)} s`);
   if (!playing || performance.now() - tabled > TABLE_EVERY) describe(shown);
@@ -124,10 +134,13 @@ function draw() {
 function describe(shown) {
   tabled = performance.now();
   fillTable(flight.outline, shown, scene.selected, select);
-  const items = [...$("events").children];
+  const list = $("events");
+  const items = [...list.children];
   const passed = flight.marks.filter((mark) => mark.t <= now + 1e-9).length;
   items.forEach((item, k) => item.firstChild.classList.toggle("passed", k < passed - 1));
   items.forEach((item, k) => item.firstChild.classList.toggle("now", k === passed - 1));
+  const latest = items[Math.max(0, passed - 1)];
+  if (latest) list.scrollTop = latest.offsetTop - (list.clientHeight - latest.offsetHeight) / 2;
 }
 
 function select(id) {
@@ -195,6 +208,11 @@ function fill() {
   const shown = flight.marks.filter(({ kind }) => kind !== "phase");
   charts[0].show(curves((one) => one.error).filter(({ id }) => id !== 0), shown, [flight.begin, end]);
   charts[1].show(curves((one) => one.position[2]), shown, [flight.begin, end]);
+  signals.forEach((name, k) => {
+    const told = flight.outline.drones.map(({ id }) => ({ id, samples: flight.drones[id].signals[name] ?? [] }));
+    const drawn = told.map(({ id, samples }) => ({ id, times: samples.map(([t]) => t), values: samples.map(([, v]) => v) }));
+    charts[2 + k].show(drawn, shown, [flight.begin, end]);
+  });
 }
 
 function listen() {

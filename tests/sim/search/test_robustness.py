@@ -202,7 +202,7 @@ def test_a_landing_lasts_its_descent_and_what_it_may_wait() -> None:
 
 def test_what_the_protocol_forbids_is_a_violation() -> None:
     assert "protocol" not in margins(flew())
-    forbidden = margins(flew(deviations=("uav1 at 2.0 s of the recording: take-off after landing (land, land)",)))
+    forbidden = margins(flew(deviations=("uav1 at t = 2.0 s: take-off after landing (land, land)",)))
     assert forbidden["protocol"].violated
     assert forbidden["protocol"].who == "uav1"
 
