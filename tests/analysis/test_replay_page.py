@@ -64,7 +64,7 @@ def test_the_slider_moves_the_clock_the_table_and_the_drones(link, tmp_path):
 def test_it_opens_at_the_start_of_the_formation_with_every_drone(link, tmp_path):
     async def look(page):
         cells = "[...document.querySelectorAll('#rows tr td:nth-child({}) ')].map((one) => one.textContent)"
-        assert await page.value(cells.format(2)) == ["formation"] * 5
+        assert set(await page.value(cells.format(2))) <= {"formation", "hold"}
         errors = await page.value(cells.format(7))
         assert errors[0] == ""
         assert all(error.isdecimal() for error in errors[1:])  # positions are in whole mm
