@@ -15,6 +15,14 @@ from flockwire_cli.inputs import refuse, unwritable
 app = typer.Typer()
 
 
+class View(StrEnum):
+    """From where a moving picture shows a flight."""
+
+    ABOVE = "above"
+    SIDE = "side"
+    SPACE = "3-D"
+
+
 class Form(StrEnum):
     """The formats of tables."""
 
@@ -74,8 +82,10 @@ def animate(
         Path | None, typer.Option(metavar="FILE.gif|FILE.mp4", help="The file [flight.gif, beside the trace].")
     ] = None,
     seconds: Annotated[float, typer.Option(min=2.0, max=60.0, help="Length of the moving picture.")] = 10.0,
+    view: Annotated[View, typer.Option(help="From where it is seen.")] = View.ABOVE,
+    width: Annotated[int, typer.Option(min=200, max=2000, metavar="PIXELS", help="Of the picture.")] = 455,
 ) -> None:
-    """Write the flight from above as a moving picture: GIF, 3 MB at most, or MP4 where ffmpeg is installed."""
+    """Write the flight as a moving picture: GIF, 3 MB at most, or MP4 where ffmpeg is installed."""
     from flockwire_analysis.figures.animation import animate as write  # noqa: PLC0415  (matplotlib)
     from flockwire_analysis.reading import read_trace  # noqa: PLC0415
 
@@ -83,7 +93,7 @@ def animate(
     if file.suffix not in (".gif", ".mp4"):
         refuse(f"--out = {file}: must end with .gif or .mp4")
     with progress("reads the trace, draws its frames"):
-        print(_trace(lambda: write(read_trace(trace), file, seconds)))
+        print(_trace(lambda: write(read_trace(trace), file, seconds, view, width)))
 
 
 @app.command()

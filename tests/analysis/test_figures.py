@@ -11,7 +11,7 @@ import pytest
 from flockwire.domain.time import SECOND
 from flockwire_analysis.events import Event, events
 from flockwire_analysis.figures import animation, distances, errors, motion
-from flockwire_analysis.figures.animation import animate
+from flockwire_analysis.figures.animation import VIEWS, animate
 from flockwire_analysis.figures.comparison import compare
 from flockwire_analysis.figures.distances import between_drones, to_obstacles
 from flockwire_analysis.figures.drawing import NAME_ROWS, STYLE, Canvas, rows_of
@@ -22,6 +22,7 @@ from flockwire_analysis.reading import read_trace
 from flockwire_analysis.tracking import Errors, places, reference_velocities, references, velocities
 from flockwire_recorder.trace import FAULTS
 from matplotlib import rc_context
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.patches import Circle
@@ -176,6 +177,22 @@ def test_a_moving_picture_shows_the_whole_flight_within_its_size(trace, tmp_path
     with pytest.raises(ValueError, match="choose fewer seconds"):
         animate(trace, path, 3.0)
     assert not path.exists()
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_a_moving_picture_has_the_view_the_size_and_the_names_that_are_wanted(trace, tmp_path, monkeypatch, view):
+    named = []
+    annotate = Axes.annotate
+    monkeypatch.setattr(
+        Axes, "annotate", lambda self, text, *a, **k: named.append(text) or annotate(self, text, *a, **k)
+    )
+    with Image.open(animate(trace, tmp_path / "a.gif", 2.0, view, 300)) as picture:
+        assert picture.width == 300
+        first = np.asarray(picture.convert("L")).astype(int)
+        picture.seek(picture.n_frames // 2)
+        moved = np.abs(np.asarray(picture.convert("L")).astype(int) - first) > 60
+    assert named == ["leader", "uav1", "uav2", "uav3", "uav4"]
+    assert moved.sum() > 100
 
 
 def test_a_film_needs_ffmpeg_and_says_so(trace, tmp_path, monkeypatch):

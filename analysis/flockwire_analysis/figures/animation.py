@@ -1,9 +1,10 @@
-"""A flight from above as a moving picture: GIF, or MP4 where ffmpeg is installed."""
+"""A flight as a moving picture, from above, from the side or in 3-D: GIF, or MP4 where ffmpeg is installed."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 from shutil import which
@@ -20,9 +21,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 from PIL import Image
 
-from flockwire_analysis.figures.drawing import MUTED, STYLE, Canvas
+from flockwire_analysis.figures.drawing import COLUMN, MOST_NAMED, MUTED, NAME_SIZE, STYLE, Canvas
 from flockwire_analysis.figures.legends import legend
-from flockwire_analysis.figures.trajectories import obstacles, view
+from flockwire_analysis.figures.trajectories import SMALLEST_DISC, obstacles
+from flockwire_analysis.figures.trajectories import view as field
 from flockwire_analysis.phases import Span
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Floats
@@ -33,22 +35,44 @@ FILM_RATE = 25  # of an MP4
 EVEN = "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white"  # as its coding needs the sides
 FEWEST = 24  # frames
 FINE = 6  # points of a trail for each frame
-DPI, COLOURS = 130, 48
+COLOURS = 48
 NEARLY_WHITE = 249  # of 255
 TRAIL = 5.0  # s of the flight
 LARGEST = 3_000_000  # bytes
 
 
-def animate(trace: Trace, path: Path, seconds: float = 10.0) -> Path:
+@dataclass(frozen=True, slots=True)
+class View:
+    """What a picture shows of a place (m): `axes` is the matrix to its right and up, with the `labels` of both."""
+
+    axes: tuple[tuple[float, float, float], tuple[float, float, float]]
+    labels: tuple[str, str]
+
+    def seen(self, places: Floats) -> Floats:
+        """Return the coordinates in the picture of `places`, shape n x 3."""
+        return np.asarray(places @ np.array(self.axes).T)
+
+
+VIEWS = {
+    "above": View(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), ("x (east), m", "y (north), m")),
+    "side": View(((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)), ("x (east), m", "z (up), m")),
+    "3-D": View(((0.87, 0.5, 0.0), (-0.25, 0.43, 0.87)), ("", "")),  # turned by 30 degrees, from 30 degrees above
+}
+
+
+def animate(trace: Trace, path: Path, seconds: float = 10.0, view: str = "above", width: int = 455) -> Path:
     """Write the whole flight as a GIF or MP4, by the name of `path`, that plays for `seconds`; returns `path`.
 
-    Every frame has the drones, their trails of TRAIL s, the followers' polygon, obstacles and the flight's time. Frames
-    of a GIF are left out, down to FEWEST, while the file is larger than LARGEST bytes. Raises ValueError for a trace
-    without positions, if the GIF is still too large, or for an MP4 without ffmpeg; OSError if `path` cannot be written.
+    It is seen by one of VIEWS, in pictures of about `width` pixels.
+
+    Every frame has the drones, their names and trails of TRAIL s, the followers' polygon, obstacles and the flight's
+    time. Frames of a GIF are left out, down to FEWEST, while the file is larger than LARGEST bytes. Raises ValueError
+    for a trace without positions, if the GIF is still too large, or for an MP4 without ffmpeg; OSError if `path` cannot
+    be written.
     """
     if path.suffix == ".mp4":
-        return _film(_frames(trace, max(FEWEST, round(seconds * FILM_RATE))), path)
-    frames = _with_one_palette(list(_frames(trace, max(FEWEST, round(seconds * RATE)))))
+        return _film(_frames(trace, max(FEWEST, round(seconds * FILM_RATE)), VIEWS[view], width), path)
+    frames = _with_one_palette(list(_frames(trace, max(FEWEST, round(seconds * RATE)), VIEWS[view], width)))
     while True:
         _write(frames, path, seconds)
         if path.stat().st_size <= LARGEST:
@@ -84,7 +108,7 @@ def _film(frames: Iterator[Image.Image], path: Path) -> Path:
     return path
 
 
-def _frames(trace: Trace, count: int) -> Iterator[Image.Image]:
+def _frames(trace: Trace, count: int, view: View, width: int) -> Iterator[Image.Image]:
     """Draw `count` frames from the first order to the end."""
     canvas = Canvas(trace, Path(), vector=False)
     numbers = trace.placed()
@@ -93,13 +117,13 @@ def _frames(trace: Trace, count: int) -> Iterator[Image.Image]:
     last = min(int(trace.positions(number).stamps[-1]) for number in numbers)
     shown = Span(canvas.flight.begin, min(canvas.flight.end, last))
     instants = shown.instants(count * FINE)
-    paths = {number: interpolated(trace.positions(number), instants)[:, :2] for number in numbers}
+    paths = {number: view.seen(interpolated(trace.positions(number), instants)) for number in numbers}
     with rc_context(STYLE):
         figure, (axes,) = canvas.panels(height=3.7)
-        _still(axes, canvas, paths)
+        _still(axes, canvas, paths, view)
         trail = max(1, round(TRAIL * len(instants) / max(shown.length, TRAIL)))
         scene = _Scene(axes, canvas, paths, trail)
-        figure.set_dpi(DPI)
+        figure.set_dpi(width / COLUMN)
         agg: Any = FigureCanvasAgg(figure)  # matplotlib has no types for it
         agg.draw()
         still = agg.copy_from_bbox(figure.bbox)
@@ -116,15 +140,38 @@ def _with_one_palette(drawn: list[Image.Image]) -> list[Image.Image]:
     return [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in drawn]
 
 
-def _still(axes: Axes, canvas: Canvas, paths: dict[int, Floats]) -> None:
+def _still(axes: Axes, canvas: Canvas, paths: dict[int, Floats], view: View) -> None:
     """Draw what does not move, and choose the part of the field that is shown."""
-    obstacles(axes, canvas)
     known = np.concatenate([path[np.isfinite(path).all(axis=1)] for path in paths.values()])
     axes.set_aspect("equal", adjustable="box")
-    view(axes, canvas, known)
-    axes.set_xlabel("x (east), m")
-    axes.set_ylabel("y (north), m")
+    if view is VIEWS["above"]:
+        obstacles(axes, canvas)
+        field(axes, canvas, known)
+    else:
+        _cylinders(axes, canvas.trace, view)
+        low, high = known.min(axis=0) - 0.3, known.max(axis=0) + 0.3
+        axes.set_xlim(low[0], high[0])
+        axes.set_ylim(low[1], high[1])
+    if not any(view.labels):  # lengths along none of the three axes
+        axes.tick_params(labelbottom=False, labelleft=False)
+    axes.set_xlabel(view.labels[0])
+    axes.set_ylabel(view.labels[1])
     legend(axes, canvas.names(paths))
+
+
+def _cylinders(axes: Axes, trace: Trace, view: View) -> None:
+    """Draw the obstacles: the foot and the top of each, and what is between them."""
+    turns = np.linspace(0.0, 2.0 * np.pi, 49)
+    for obstacle in trace.swarm.obstacles:
+        x, y, _ = obstacle.center
+        radius, top = max(obstacle.radius, SMALLEST_DISC), obstacle.height or trace.swarm.limits.fence.high[2]
+        ring = np.stack([x + radius * np.cos(turns), y + radius * np.sin(turns), 0.0 * turns], axis=1)
+        foot, lid = view.seen(ring), view.seen(ring + np.array([0.0, 0.0, top]))
+        for one, other in zip(range(24), range(24, 48), strict=True):  # strips across it
+            corners = np.stack([foot[one], lid[one], lid[other], foot[other]])
+            axes.fill(*corners.T, color="#4a505c", alpha=0.03, linewidth=0)
+        for circle in (foot, lid):
+            axes.plot(*circle.T, color="#4a505c", linewidth=0.7)
 
 
 class _Scene:
@@ -139,6 +186,14 @@ class _Scene:
             np.zeros((1, 2)), facecolor="#8d97a8", edgecolor=MUTED, alpha=0.25, linewidth=0.6, animated=True
         )
         axes.add_patch(self._ring)
+        named = paths if len(paths) <= MOST_NAMED else ()
+        self._names = {
+            number: axes.annotate(
+                canvas.name(number), (0.0, 0.0), (4, 4), textcoords="offset points", fontsize=NAME_SIZE, color=MUTED,
+                animated=True, annotation_clip=True,
+            )
+            for number in named
+        }  # fmt: skip
         self._clock = axes.text(
             0.99, 0.01, "", transform=axes.transAxes, ha="right", va="bottom", color=MUTED, animated=True
         )
@@ -156,6 +211,10 @@ class _Scene:
             recent = path[max(0, last - self._trail) : last + 1]
             self._trails[number].set_data(recent[:, 0], recent[:, 1])
             self._dots[number].set_data(path[last : last + 1, 0], path[last : last + 1, 1])
+        for number, name in self._names.items():
+            place = self._paths[number][last]
+            name.xy = tuple(place)
+            name.set_visible(bool(np.isfinite(place).all()))
         places = np.array([self._paths[number][last] for number in self._followers if number != LEADER])
         known = places[np.isfinite(places).all(axis=1)] if len(places) else np.empty((0, 2))
         self._ring.set_visible(len(known) > 2)
@@ -163,5 +222,5 @@ class _Scene:
             centre = known.mean(axis=0)
             self._ring.set_xy(known[np.argsort(np.arctan2(*(known - centre).T[::-1]))])
         self._clock.set_text(f"t = {time:.1f} s")
-        for artist in (self._ring, *self._trails.values(), *self._dots.values(), self._clock):
+        for artist in (self._ring, *self._trails.values(), *self._dots.values(), *self._names.values(), self._clock):
             self._axes.draw_artist(artist)

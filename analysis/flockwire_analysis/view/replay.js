@@ -14,7 +14,7 @@ let playing = false;
 let drawn = 0; // when the last frame was drawn, ms
 let tabled = 0;
 
-const index = (time) => (time - flight.begin) / flight.step;
+const index = (time) => Number(((time - flight.begin) / flight.step).toFixed(6)); // 0.1 + 0.2 is the sample of 0.3
 const scene = new Scene($("canvas"), onceAFrame(draw));
 const showViews = viewButtons(scene);
 const charts = [
