@@ -26,6 +26,7 @@ from flockwire.ground.director import POLL_PERIOD
 from flockwire.ground.fleet import Fleet
 from flockwire.ground.formation_planning import ChangeRefusedError, plan_in_time
 from flockwire.ground.giving import Giving
+from flockwire.ground.known_orders import KnownOrders
 from flockwire.ground.operator import GIVINGS
 from flockwire.ground.order import ENDING, Answer, Order
 from flockwire.process.cores import Ground
@@ -124,6 +125,7 @@ class Received:
     """The newest status of each process and telemetry of each drone that one process has received."""
 
     def __init__(self) -> None:
+        self.known = KnownOrders()
         self.statuses: dict[str, Status] = {}
         self.telemetry: dict[int, Telemetry] = {}
 
@@ -164,6 +166,7 @@ class Desk(Ground):
         for received in (self._page, *linked):
             if isinstance(message, Status):
                 received.statuses[message.identity] = message
+                received.known.read(message)
             elif isinstance(message, Telemetry):
                 received.telemetry[self._drones[key.owner]] = message
 
@@ -177,10 +180,12 @@ class Desk(Ground):
         for asked in self.under_way:
             if now < asked.begins or self._plans(asked, now):
                 continue
+            received = asked.received
             message = asked.giving.step(
-                Fleet(self._plan.pilots, asked.received.statuses, asked.received.telemetry, now)
+                Fleet(self._plan.pilots, received.statuses, received.telemetry, now, received.known)
             )
             if isinstance(message, Mission):
+                received.known.learn(message)
                 messages.append((MISSION, message))
             if asked.giving.answer is not None:
                 self.replies.append((asked.given, asked.giving.answer))

@@ -14,6 +14,7 @@ from flockwire.domain.order import IN_FORMATION, Mission
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ground.first_places import with_first_places
 from flockwire.ground.fleet import STALE, Fleet
+from flockwire.ground.known_orders import KnownOrders
 from flockwire.ground.lost import FLYING, Lost
 from flockwire.ground.order import Order
 from flockwire.ground.preflight import problems
@@ -61,7 +62,7 @@ class Director:
         self._lost = Lost(grace)
         self._duration = nanoseconds(duration)
         self._since = self._took_off = now
-        self._fleet = Fleet({}, {}, {}, now)  # at the last step
+        self._fleet = Fleet({}, {}, {}, now, KnownOrders())  # at the last step
         self._sent = 0  # last publication of the newest order, Unix ns; 0: none
         self._standing = Standing(giver, asked)
 
@@ -167,8 +168,8 @@ class Director:
     def _next(self, fleet: Fleet) -> Mission | None:
         """Return the order that starts the next stage, None during the stage."""
         now = fleet.now
-        if self.stage is Stage.PREPARING:
-            return self._take_off(fleet)
+        if self.stage is Stage.PREPARING:  # drones may fly by an order that is not known yet
+            return self._take_off(fleet) if not self._standing.unclear(now) else None
         if self.stage is Stage.TAKING_OFF and fleet.all_in(Phase.HOLD):
             if self.ordered != "hold":
                 sometimes("director: all hold, the formation starts")

@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable, Mapping
 from flockwire.domain.airframe import FlightState, Telemetry
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
+from flockwire.ground.known_orders import KnownOrders
 from flockwire.pilot.orders import came_down, rank
 from flockwire.swarm.model import uav
 from flockwire.wire.phase import Phase
@@ -21,14 +22,22 @@ IN_THE_AIR = frozenset({FlightState.FLYING, FlightState.LANDING})
 class Fleet:
     """The state of a fleet at `now` (Unix ns), from `statuses` of processes and `telemetry` of drones.
 
-    `pilots` are the identities of the pilots, by drone.
+    `pilots` are the identities of the pilots, by drone. Of the orders in their reports only the `known` ones count.
     """
 
     def __init__(
-        self, pilots: Mapping[int, str], statuses: Mapping[str, Status], telemetry: Mapping[int, Telemetry], now: int
+        self,
+        pilots: Mapping[int, str],
+        statuses: Mapping[str, Status],
+        telemetry: Mapping[int, Telemetry],
+        now: int,
+        known: KnownOrders,
     ) -> None:
-        self.pilots, self.now = pilots, now
-        self._statuses, self._telemetry = statuses, telemetry
+        self.pilots, self.now, self.known = pilots, now, known
+        self._telemetry = telemetry
+        fresh = {name: one.report for name, one in statuses.items() if now - one.stamp < STALE}
+        known.compare([fresh.get(pilot) for pilot in pilots.values()])
+        self._statuses = statuses = {name: known.checked(status) for name, status in statuses.items()}
         self.fresh = {
             drone: statuses[pilot]
             for drone, pilot in pilots.items()
@@ -51,7 +60,7 @@ class Fleet:
         if not drones:
             return self
         pilots = {drone: pilot for drone, pilot in self.pilots.items() if drone not in drones}
-        return Fleet(pilots, self._statuses, self._telemetry, self.now)
+        return Fleet(pilots, self._statuses, self._telemetry, self.now, self.known)
 
     def present(self) -> Fleet:
         """Return the fleet without silent drones that are left out."""
@@ -74,6 +83,11 @@ class Fleet:
     def phase(self, drone: int) -> str | None:
         """Return the phase of the drone's pilot, None if it is silent."""
         return self.fresh[drone].report.phase if drone in self.fresh else None
+
+    def names_unknown(self, drone: int) -> bool:
+        """Return whether the drone's pilot names an order that is not known: only its version counts."""
+        report = self.fresh[drone].report if drone in self.fresh else None
+        return report is not None and report.mission is None and bool(report.concurrent)
 
     def all_in(self, *phases: Phase) -> bool:
         """Return whether every pilot is in one of `phases`."""
@@ -132,10 +146,9 @@ class Fleet:
         """
         flying, found = frozenset(self.pilots.values()), list[tuple[str, Report]]()
         for identity, status in self._statuses.items():
-            mission = status.report.mission
-            if mission is None or self.now - status.stamp >= STALE:
+            if not status.report.newest or self.now - status.stamp >= STALE:
                 continue
-            if identity in flying or not rank(mission):
+            if identity in flying or not rank(status.report.mission):
                 found.append((identity, status.report))
         return found
 

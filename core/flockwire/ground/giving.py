@@ -141,9 +141,12 @@ class ChangeGiving(Giving):
             self.answer = overtaken(own.verb)
         elif self._planned is not None:
             return self._standing.give(self._planned)
-        elif self._from is None and (since >= LOOK_TIME or len(fleet.fresh) == len(fleet.pilots)):
+        elif self._from is None and not self._standing.unclear(fleet.now) and self._has_looked(fleet, since):
             self._begin(fleet, self._standing.holding)
         return None
+
+    def _has_looked(self, fleet: Fleet, since: int) -> bool:
+        return since >= LOOK_TIME or len(fleet.fresh) == len(fleet.pilots)
 
     def _begin(self, fleet: Fleet, running: Mission | None) -> None:
         flying = any(fleet.phase(i) in (Phase.FORMATION, Phase.HOLD) for i in self._plan.pilots)

@@ -33,4 +33,5 @@ class Lost:
             self._since.pop(drone, None)
             return False
         since = self._since.setdefault(drone, fleet.now)
-        return phase in (Phase.LANDING, Phase.STOPPED) or fleet.now - since >= self._grace
+        by_itself = phase == Phase.STOPPED or (phase == Phase.LANDING and not fleet.names_unknown(drone))
+        return by_itself or fleet.now - since >= self._grace

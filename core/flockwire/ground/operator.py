@@ -10,10 +10,11 @@ from dataclasses import dataclass
 
 from flockwire.domain.airframe import Telemetry
 from flockwire.domain.marks import sometimes
-from flockwire.domain.order import Stop
+from flockwire.domain.order import Mission, Stop
 from flockwire.ground.director import GRACE, Director, Stage
 from flockwire.ground.fleet import Fleet
 from flockwire.ground.giving import LOOK_TIME, ChangeGiving, DownGiving, Giving, StopGiving
+from flockwire.ground.known_orders import KnownOrders
 from flockwire.ground.order import ENDING, Answer, Order
 from flockwire.ground.starting import StartGiving
 from flockwire.swarm.model import uav
@@ -61,11 +62,13 @@ class OperatorCore:
         self._plan, self._new_giver = plan, new_giver
         self._drones = {uav(drone): drone for drone in plan.pilots}
         self._asked: list[Asked] = []  # stops first
+        self._known_orders = KnownOrders()
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Receive a status or telemetry; no process publishes another's status."""
         if isinstance(message, Status) and message.identity == key.owner:
             self.statuses[key.owner] = message
+            self._known_orders.read(message)
         elif isinstance(message, Telemetry):
             self.telemetry[self._drones[key.owner]] = message
 
@@ -77,7 +80,7 @@ class OperatorCore:
 
     def fleet(self, now: int) -> Fleet:
         """Return the state of all pilots at `now` (Unix ns)."""
-        return Fleet(self._plan.pilots, self.statuses, self.telemetry, now)
+        return Fleet(self._plan.pilots, self.statuses, self.telemetry, now, self._known_orders)
 
     def conduct(
         self, now: int, duration: float = 0.0, order: Order = START, grace: int = GRACE, asked: int | None = None
@@ -142,6 +145,12 @@ class OperatorCore:
 
     def step(self, now: int) -> Iterator[tuple[Key, Message]]:
         """Yield the messages to publish at `now`, a stop first."""
+        for key, message in self._due(now):
+            if isinstance(message, Mission):
+                self._known_orders.learn(message)
+            yield key, message
+
+    def _due(self, now: int) -> Iterator[tuple[Key, Message]]:
         fleet = self.fleet(now)
         for one in tuple(self._asked):
             yield from self._give(one, fleet)

@@ -8,6 +8,7 @@ from flockwire.domain.marks import sometimes
 from flockwire.domain.order import MOST_VERSIONS, Mission, Version
 from flockwire.domain.time import SECOND, nanoseconds
 from flockwire.ground.fleet import Fleet
+from flockwire.ground.known_orders import KnownOrders
 from flockwire.pilot.orders import CAME_DOWN, rank
 from flockwire.wire.status import Report
 
@@ -20,7 +21,8 @@ class Standing:
 
     Its own was requested at `asked` (Unix ns). The arrival of another's order is the time since pilots received it:
     only the own clock is used. `order` is None before the first; it is this giver's or a followed one, since `since`
-    (Unix ns).
+    (Unix ns). From pilots it learns versions only (ground/known_orders.py); one that is not known within RIVALS s
+    is a number that the next order names.
     """
 
     def __init__(self, giver: int, asked: int) -> None:
@@ -29,7 +31,9 @@ class Standing:
         self.since = asked
         self._giver, self._asked, self._last = giver, asked, 0
         self._heard: set[str] = set()  # processes whose reports were read
-        self._looked: list[tuple[str, Mission | None, tuple[Version, ...]]] | None = None  # what the last look read
+        self._looked: object = None  # what the last look read
+        self._news: dict[Version, int] = {}  # new versions whose orders are not known yet, since when (Unix ns)
+        self._unclear: dict[int, int] = {}  # drones whose pilots obey an order that is not known, since when (Unix ns)
         self._known: dict[Version, None] = {}  # orders, those in force last
         self._count = 0  # the number of these in force
         self.holding: Mission | None = None  # the order in force at the last look
@@ -47,9 +51,11 @@ class Standing:
         giver's request.
         """
         reports = dict(fleet.reports())
-        looked = [(identity, report.mission, report.concurrent) for identity, report in reports.items()]
+        now = fleet.now
+        self._unclear = {drone: self._unclear.get(drone, now) for drone in fleet.fresh if fleet.names_unknown(drone)}
+        looked = fleet.known.count, [(name, report.mission, report.concurrent) for name, report in reports.items()]
+        self.holding = fleet.mission()
         if looked == self._looked:  # nothing has changed
-            self.holding = fleet.mission()
             return None
         self._looked = looked
         before, holding = frozenset(self._known), dict[Version, None]()
@@ -63,22 +69,27 @@ class Standing:
         self._count = len(holding)
         while len(self._known) > MOST_VERSIONS:
             del self._known[next(iter(self._known))]
-        self.holding = fleet.mission()
-        news = [
-            order
-            for identity, report in reports.items()
-            for order in self._orders(report)
-            if order.version not in before
-            and (identity in self._heard or self._is_late(order.version, reports.values(), fleet.now))
-        ]
+        news = {version: since for version, since in self._news.items() if version in holding}
+        for identity, report in reports.items():
+            for version in report.newest:
+                heard = identity in self._heard or self._is_late(version, reports.values(), now)
+                if heard and version not in before and version.giver != self._giver and not version.giver & CAME_DOWN:
+                    news.setdefault(version, now)
         self._heard.update(reports)
-        return max(news, key=rank, default=None)
+        orders = [order for report in reports.values() for order in self._orders(report, fleet.known)]
+        self._news = {version: since for version, since in news.items() if fleet.known.get(version) is None}
+        return max((order for order in orders if order.version in news), key=rank, default=None)
+
+    def unclear(self, now: int) -> bool:
+        """Return whether a pilot names an order that may still become known at `now` (Unix ns)."""
+        return any(now - since < RIVALS * SECOND for since in self._unclear.values())
 
     def give(self, order: Mission) -> Mission:
         """Return `order` as this giver's, with its known orders and its own version; it stands from its stamp on."""
         self._last = max(order.stamp, self._last + 1)
         self._looked = None  # the next look reads all again
-        known = tuple(self._known)[-max(HISTORY, self._count) :]
+        unclear = {version for version, since in self._news.items() if order.stamp - since < RIVALS * SECOND}
+        known = tuple([version for version in self._known if version not in unclear][-max(HISTORY, self._count) :])
         order = order._replace(stamp=self._last, giver=self._giver, knows=known)
         self._known[order.version] = None
         self.follow(order, order.stamp)
@@ -96,7 +107,10 @@ class Standing:
         away is not a rival.
         """
         own = self.order
-        if own is None or rank(own) or (rival := fleet.rival(own)) is None or (other := rival.mission) is None:
+        if own is None or rank(own):
+            return False
+        if (rival := fleet.rival(own)) is None or (other := rival.mission) is None:
+            self._name_unknown(own, fleet)
             return False
         if other.giver > own.giver and rival.order_age < (fleet.now - self.since) / SECOND + RIVALS:
             sometimes("station: follows a rival order")
@@ -107,18 +121,29 @@ class Standing:
             return True
         return False
 
-    def _orders(self, report: Report) -> Iterator[Mission]:
-        """Yield others' orders that a pilot obeys; beside a landing only their versions are known."""
+    def _name_unknown(self, own: Mission, fleet: Fleet) -> None:
+        """Give the own order again with the versions that a pilot has named for RIVALS and that nobody repeats."""
+        limit = fleet.now - nanoseconds(RIVALS)
+        old = [drone for drone, since in self._unclear.items() if since <= limit and drone in fleet.fresh]
+        versions = {version for drone in old for version in fleet.fresh[drone].report.concurrent}
+        if self.is_own and self.since <= limit and not versions.issubset((*own.knows, own.version)):
+            sometimes("station: names an order that only a pilot knows")
+            self.give(own._replace(stamp=fleet.now))
+
+    def _orders(self, report: Report, known: KnownOrders) -> Iterator[Mission]:
+        """Yield others' orders that a pilot names and that are `known`; an upward one only if it is in force."""
         mission = report.mission
         if mission is None:
             return
-        others = [version for version in report.newest if version.giver != self._giver]
-        for version in others:
+        for version in report.newest:
+            order = known.get(version)
+            if order is None or version.giver == self._giver:
+                continue
             if version == mission.version and (rank(mission) or mission == self.holding):
                 yield mission
-            elif version != mission.version and mission.verb == "land" and not version.giver & CAME_DOWN:
+            elif version != mission.version and mission.verb == "land":
                 sometimes("station: reads a hold beside a landing")
-                yield mission._replace(verb="hold", stamp=version.stamp, giver=version.giver)
+                yield order
 
     def _is_late(self, version: Version, reports: Iterable[Report], now: int) -> bool:
         """Return whether pilots received an order after this giver's request."""

@@ -6,6 +6,7 @@ from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.ground.director import GRACE, LEAD_TIME, REPEAT, STAGE_TIME, Director, Stage
 from flockwire.ground.fleet import STALE, Fleet
+from flockwire.ground.known_orders import KnownOrders
 from flockwire.ground.order import Order
 from flockwire.loading import parse_swarm
 from flockwire.pilot.orders import Orders
@@ -14,6 +15,7 @@ from flockwire.swarm.tables import Fence
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
 from flockwire.wire.status import Report, Status
+from repeated_orders import repeated
 
 BEGAN = 1_790_000_000 * SECOND
 OURS, THEIRS = 7, 8  # the numbers of the director that is tested, and of another operator
@@ -110,7 +112,8 @@ class Tower:
 
     def fleet(self, now):
         """Return what the director knows at `now`."""
-        return Fleet(PILOTS, *self.received(), now)
+        statuses, telemetry = self.received()
+        return Fleet(PILOTS, statuses, telemetry, now, repeated(statuses.values()))
 
     def received(self):
         """Return the newest statuses and telemetry."""
@@ -304,7 +307,7 @@ def test_a_pilot_that_restarts_has_a_second_to_find_itself_in_flight(flying):
 def test_a_pilot_may_be_given_longer_to_come_back():
     director = conducting(0.0, grace=5 * SECOND)
     director.stage = Stage.FLYING
-    orders = [director.step(Fleet(PILOTS, {}, {}, BEGAN + tenth * SECOND // 10)) for tenth in range(51)]
+    orders = [director.step(Fleet(PILOTS, {}, {}, BEGAN + tenth * SECOND // 10, KnownOrders())) for tenth in range(51)]
     assert [tenth for tenth, order in enumerate(orders) if order is not None] == [50]
     assert director.failure.startswith("leader left the formation")
 

@@ -6,6 +6,7 @@ from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
 from flockwire.ground.first_places import with_first_places, with_held_places
 from flockwire.ground.fleet import Fleet
+from flockwire.ground.known_orders import KnownOrders
 from flockwire.pilot.orders import flown_formation
 from flockwire.wire.cdr import Reader, Writer
 from flockwire.wire.orders import read_mission, write_mission
@@ -29,7 +30,7 @@ def fleet(plan, positions):
         )
         for i, x in positions.items()
     }
-    return Fleet(plan.pilots, statuses, {}, NOW)
+    return Fleet(plan.pilots, statuses, {}, NOW, KnownOrders())
 
 
 @pytest.fixture(scope="module")
@@ -96,7 +97,7 @@ def reporting(plan, places):
         plan.pilots[i]: Status(NOW, "world", plan.pilots[i], report, 0, 0, 0, 0, 0, 0.0, 0, (), ())
         for i, report in reports.items()
     }
-    return Fleet(plan.pilots, statuses, {}, NOW)
+    return Fleet(plan.pilots, statuses, {}, NOW, KnownOrders())
 
 
 def test_a_change_begins_at_the_places_that_the_followers_report(plan, make_plan):

@@ -4,6 +4,7 @@ from flockwire.domain.time import SECOND
 from flockwire.ground.fleet import STALE, Fleet
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
+from repeated_orders import repeated
 
 NOW = 1_790_000_000 * SECOND
 PILOTS = {0: "leader", 3: "uav3"}
@@ -20,7 +21,7 @@ def telemetry(state, stamp=NOW):
 
 
 def fleet(statuses=(), states=None):
-    return Fleet(PILOTS, {one.identity: one for one in statuses}, states or {}, NOW)
+    return Fleet(PILOTS, {one.identity: one for one in statuses}, states or {}, NOW, repeated(statuses))
 
 
 def test_who_is_silent_has_no_phase():

@@ -7,6 +7,7 @@ from flockwire.ground.giving import ANSWER_TIME, ChangeGiving, DownGiving
 from flockwire.ground.order import Answer, Order
 from flockwire.ground.starting import StartGiving
 from flockwire.wire.status import Report, Status, place_reason
+from repeated_orders import repeated
 
 NOW = 1_790_000_000 * SECOND
 OURS, RIVAL, THIRD = 7, 5, 9
@@ -28,7 +29,7 @@ def statuses(now, ordered=START, age=60.0, **others):
 
 def fleet(known, now, telemetry=None):
     """Return what the five pilots' `known` statuses say at `now`."""
-    return Fleet(dict(enumerate(PILOTS)), known, telemetry or {}, now)
+    return Fleet(dict(enumerate(PILOTS)), known, telemetry or {}, now, repeated(known.values()))
 
 
 @pytest.fixture

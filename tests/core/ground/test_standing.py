@@ -7,6 +7,7 @@ from flockwire.ground.fleet import Fleet
 from flockwire.ground.standing import RIVALS, Standing
 from flockwire.wire.phase import Phase
 from flockwire.wire.status import Report, Status
+from repeated_orders import repeated
 
 NOW = 1_790_000_000 * SECOND
 OURS = 7
@@ -17,7 +18,8 @@ START = Mission(NOW, "world", "start", NOW)
 def fleet(obeyed, age=0.1, now=NOW):
     """Return a fleet whose uav1 has obeyed `obeyed` for `age` s."""
     report = Report(Phase.FORMATION, mission=obeyed, order_age=age)
-    return Fleet(PILOTS, {"uav1": Status(now, "world", "uav1", report, 0, 0, 0, 0, 0, 0.0, 0, (), ())}, {}, now)
+    status = Status(now, "world", "uav1", report, 0, 0, 0, 0, 0, 0.0, 0, (), ())
+    return Fleet(PILOTS, {"uav1": status}, {}, now, repeated([status]))
 
 
 @pytest.fixture

@@ -5,6 +5,7 @@ from flockwire.ground.fleet import Fleet
 from flockwire.ground.standing import HISTORY, Standing
 from flockwire.pilot.orders import came_down
 from flockwire.wire.status import Report, Status
+from repeated_orders import repeated
 
 NOW = 1_790_000_000 * SECOND
 ASKED = NOW - SECOND
@@ -23,7 +24,7 @@ def fleet(age=60.0, ages=(), **obeyed):
         for name, (mission, *concurrent) in obeyed.items()
     }
     statuses = {name: Status(NOW, "world", name, r, 0, 0, 0, 0, 0, 0.0, 0, (), ()) for name, r in reports.items()}
-    return Fleet(PILOTS, statuses, {}, NOW)
+    return Fleet(PILOTS, statuses, {}, NOW, repeated(statuses.values()))
 
 
 @pytest.fixture
