@@ -98,7 +98,7 @@ def load_flying(file: Path, keys: Path | None) -> tuple[Plan, Path]:
     clock.share(flying.epoch)
     if how := _changed(file, flying):
         print(f"flockwire: {file}: {how}; the order is for {flying.swarm.name!r}, as it took off", file=sys.stderr)
-    return planned(flying.swarm), keys or Path(flying.keys)
+    return planned(flying.swarm), keys or flying.keys_folder
 
 
 def _changed(file: Path, flying: Flown) -> str:

@@ -1,11 +1,11 @@
 """Keeps the flying swarm beside its file: if the file changes, orders must still reach the drones.
 
-Every process of the flying swarm holds a shared lock on .flockwire/SWARM.flying; the last one removes it.
+Every process of the flying swarm holds a shared lock on .flockwire/SWARM.flying; the last one removes it. On a file
+system without locks there is no such file: who flies is not known there.
 """
 
 from __future__ import annotations
 
-import fcntl
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -13,24 +13,32 @@ from pathlib import Path
 from typing import BinaryIO
 
 from flockwire import clock
+from flockwire.locking import EXCLUSIVE, NOW, SHARED, is_held, lock, opened
 from flockwire.swarm.model import Swarm
 from flockwire.swarm.tables import Model
 from pydantic import ValidationError
 
+from flockwire_station.folders import target
+
 
 class Flown(Model):
-    """The flying swarm and its text, the folder of its certificates, its clock's epoch, ns."""
+    """The flying swarm and its text, the folder of its certificates (its bytes as Latin-1), its clock's epoch, ns."""
 
     swarm: Swarm
     toml: str
     keys: str
     epoch: int
 
+    @property
+    def keys_folder(self) -> Path:
+        """The folder of its certificates; its name need not be UTF-8."""
+        return Path(os.fsdecode(self.keys.encode("latin-1")))
+
 
 def flown_by(swarm: Swarm, file: Path, keys: Path) -> Flown:
     """Return the record of this process's flight: `swarm`, the current text of `file`, the certificates in `keys`."""
     toml = file.read_text(encoding="utf-8")
-    return Flown(swarm=swarm, toml=toml, keys=str(keys.resolve()), epoch=clock.epoch())
+    return Flown(swarm=swarm, toml=toml, keys=os.fsencode(keys.resolve()).decode("latin-1"), epoch=clock.epoch())
 
 
 class OtherFlightError(OSError):
@@ -40,8 +48,8 @@ class OtherFlightError(OSError):
 def as_flown(file: Path) -> Flown | None:
     """Return the swarm that flies by `file` on this machine; None without one."""
     try:
-        with _place(file).open("rb") as record:
-            return None if _alone(record) else Flown.model_validate_json(record.read())
+        with opened(_place(file)) as record:
+            return Flown.model_validate_json(record.read()) if is_held(record) else None
     except (OSError, ValidationError):
         return None
 
@@ -57,7 +65,7 @@ def flown(file: Path, what: Flown) -> Iterator[None]:
         yield
     finally:
         if record is not None:
-            if _alone(record):
+            if is_held(record) is False:
                 _place(file).unlink(missing_ok=True)
             record.close()
 
@@ -69,27 +77,25 @@ def _held(file: Path, what: Flown) -> BinaryIO | None:
         record = os.fdopen(os.open(place, os.O_RDWR | os.O_CREAT, 0o600), "r+b")
     except OSError:
         return None
-    if _alone(record):
-        record.truncate()
-        record.write(what.model_dump_json().encode())
-        record.flush()
-    fcntl.flock(record, fcntl.LOCK_SH)
-    record.seek(0)
-    with suppress(ValidationError):
-        if Flown.model_validate_json(record.read()).swarm.model_dump() == what.swarm.model_dump():
-            return record
+    for _ in range(3):  # a command that looks whether a swarm flies locks the record for a moment
+        with suppress(BlockingIOError):
+            if not lock(record, EXCLUSIVE | NOW):
+                place.unlink(missing_ok=True)
+                record.close()
+                return None
+            record.truncate()
+            record.write(what.model_dump_json().encode())
+            record.flush()
+        lock(record, SHARED)
+        record.seek(0)
+        with suppress(ValidationError):
+            if Flown.model_validate_json(record.read()).swarm.model_dump() == what.swarm.model_dump():
+                return record
+        record.seek(0)
     record.close()
     raise OtherFlightError(f"{file}: a swarm flies by an earlier version of it; land it first")
 
 
-def _alone(record: BinaryIO) -> bool:
-    """Lock `record` exclusively; returns whether this succeeded."""
-    try:
-        fcntl.flock(record, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    return True
-
-
 def _place(file: Path) -> Path:
+    file = target(file)
     return file.parent / ".flockwire" / f"{file.name}.flying"

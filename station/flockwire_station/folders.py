@@ -28,9 +28,14 @@ def warn_of(swarm: Swarm) -> None:
         )
 
 
+def target(file: Path) -> Path:
+    """Return the file that `file` names: a symbolic link and its target have one folder of keys and one flight."""
+    return file.resolve() if file.is_symlink() else file
+
+
 def keys_folder(file: Path, plan: Plan, keys: Path | None) -> Path:
     """Return the folder of the certificates: `keys`, or that of the swarm beside its `file`."""
-    return keys or default_folder(plan.swarm.name, file.parent)
+    return keys or default_folder(plan.swarm.name, target(file).parent)
 
 
 def complete_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:

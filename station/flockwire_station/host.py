@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import errno
-import fcntl
-import os
 import socket
 import sys
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import BinaryIO, NamedTuple
 
+from flockwire.locking import EXCLUSIVE, NOW, lock, opened
 from flockwire.wire.plan import Plan
 
 from flockwire_station.flown import as_flown
@@ -89,23 +88,19 @@ def alone(host: Host) -> Iterator[None]:
 
     The lock is on a key of a process of this host: makers of keys and other hosts use other locks.
     """
-    held = host.keys / f"{next(iter(host.processes), '')}.key"
-    lock = os.open(held, os.O_RDONLY) if held.exists() else -1
-    try:
-        if lock >= 0:
-            _lock(lock, host.keys)
+    key = host.keys / f"{next(iter(host.processes), '')}.key"
+    with opened(key) if key.exists() else nullcontext() as held:
+        if held is not None:
+            _lock(held, host.keys)
         if busy := busy_endpoint(host.plan, host.processes):
             flies = as_flown(host.swarm_file) is not None
             raise PortInUseError(STILL_FLIES.format(file=host.swarm_file) if flies else busy)
         yield
-    finally:
-        if lock >= 0:
-            os.close(lock)
 
 
-def _lock(lock: int, keys: Path) -> None:
+def _lock(held: BinaryIO, keys: Path) -> None:
     try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        lock(held, EXCLUSIVE | NOW)
     except BlockingIOError:
         raise PortInUseError(f"{keys}: another `flockwire up` flies with these keys; end it first") from None
 

@@ -1,5 +1,9 @@
 """What flies is known beside its file, whatever becomes of the file; the lock says whether it still flies."""
 
+import errno
+import fcntl
+import os
+
 import pytest
 import tomli_w
 from command_line import refused
@@ -9,6 +13,7 @@ from flockwire.domain.time import SECOND
 from flockwire.loading import read_swarm
 from flockwire_cli.inputs import load, load_flying
 from flockwire_station.flown import OtherFlightError, as_flown, flown, flown_by
+from flockwire_station.folders import keys_folder
 from flockwire_station.giving import Answer
 
 
@@ -122,3 +127,28 @@ def test_a_new_command_has_the_time_of_what_flies_though_the_clock_was_set_since
 def test_where_nothing_flies_a_broken_file_is_refused(file, flockwire):
     change(file, *CHANGES["broken"])
     assert "not TOML" in refused(flockwire("stop", file))
+
+
+def test_a_symbolic_link_and_its_target_have_one_flight_and_one_folder_of_keys(file, what, tmp_path, make_plan):
+    link = tmp_path / "links" / "other.toml"
+    link.parent.mkdir()
+    link.symlink_to(file)
+    with flown(link, what):
+        assert as_flown(file) == as_flown(link) == what
+    plan = make_plan()
+    assert keys_folder(link, plan, None) == keys_folder(file, plan, None)
+
+
+def test_a_folder_whose_name_is_not_utf_8(file, what, tmp_path):
+    keys = tmp_path / os.fsdecode(b"Versuch\xe4")
+    with flown(file, flown_by(what.swarm, file, keys)):
+        assert as_flown(file).keys_folder == keys
+
+
+def test_on_a_file_system_without_locks_it_flies_without_a_record(file, what, monkeypatch):
+    def no_locks(*_):
+        raise OSError(errno.ENOLCK, os.strerror(errno.ENOLCK))
+
+    monkeypatch.setattr(fcntl, "flock", no_locks)
+    with flown(file, what), flown(file, what):
+        assert as_flown(file) is None

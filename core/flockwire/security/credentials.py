@@ -93,7 +93,8 @@ def _check_dates(path: Path, certificate: x509.Certificate, now: datetime) -> No
         raise CredentialsError(f"{path}: expired on {end:{FORMAT}}; `flockwire keys SWARM` renews it")
     if now < begin:
         raise CredentialsError(
-            f"{path}: is valid from {begin:{FORMAT}} on, and this machine's clock says {now:{FORMAT}}; set the clock"
+            f"{path}: is valid from {begin:{FORMAT}} on, and this machine's clock says {now:{FORMAT}}; set the clock, "
+            f"or if it is right, {MAKE} again"
         )
 
 

@@ -6,10 +6,11 @@ the process ends.
 
 from __future__ import annotations
 
-import fcntl
 from dataclasses import dataclass
 from pathlib import Path
 from typing import BinaryIO
+
+from flockwire.locking import SHARED, is_held, lock, opened
 
 AUTHORITY_FILE = "ca.crt"  # the certificate that all others are signed by
 
@@ -50,21 +51,16 @@ def hold(folder: Path) -> BinaryIO | None:
         held = (folder / AUTHORITY_FILE).open("rb")
     except OSError:
         return None
-    try:
-        fcntl.flock(held, fcntl.LOCK_SH)
-    except OSError:
-        held.close()
-        return None
-    return held
+    if lock(held, SHARED):
+        return held
+    held.close()
+    return None
 
 
 def in_use(folder: Path) -> bool:
     """Return whether a process of this machine, also in a container, has locked the keys in `folder`."""
     try:
-        with (folder / AUTHORITY_FILE).open("rb") as held:
-            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
+        with opened(folder / AUTHORITY_FILE) as held:
+            return bool(is_held(held))
     except OSError:
         return False
-    return False

@@ -11,7 +11,6 @@ Making keys is idempotent: good certificates stay; those that expire soon or hav
 
 from __future__ import annotations
 
-import fcntl
 import ipaddress
 import os
 import secrets
@@ -26,9 +25,12 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
+from flockwire.locking import EXCLUSIVE, lock, opened
+from flockwire.security.credentials import FORMAT
 from flockwire.security.files import CredentialsError, in_use
 from flockwire.wire.plan import AUTHORITY, Plan
 
+LOCK = ".lock"
 LIFE = timedelta(days=90)
 AUTHORITY_LIFE = timedelta(days=3650)
 RENEW = timedelta(days=30)  # before its end a certificate is renewed
@@ -52,12 +54,10 @@ def make_keys(plan: Plan, folder: Path, now: datetime, rotate: bool = False) -> 
     """
     folder.mkdir(parents=True, exist_ok=True, mode=0o700)
     folder.chmod(0o700)
-    lock = os.open(folder, os.O_RDONLY)
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX)  # concurrent calls wait for each other
+    (folder / LOCK).touch(0o600)
+    with opened(folder / LOCK) as makers:
+        lock(makers, EXCLUSIVE)  # concurrent calls wait for each other
         return _make_keys(plan, folder, now, rotate)
-    finally:
-        os.close(lock)
 
 
 def _make_keys(plan: Plan, folder: Path, now: datetime, rotate: bool) -> tuple[str, ...]:
@@ -125,11 +125,11 @@ def issue(authority: Signer, name: str, alternatives: tuple[str, ...], begin: da
 
 
 def expiring(plan: Plan, folder: Path, now: datetime) -> Iterator[str]:
-    """Yield a line for each certificate that expires within two weeks of `now`, or has expired."""
+    """Yield a line for each certificate that is not valid yet, or expires within two weeks of `now`, or has expired."""
     for identity in (*plan.authorities, *plan.identities):
         path = folder / f"{identity}.crt"
         try:
-            end = x509.load_pem_x509_certificate(path.read_bytes()).not_valid_after_utc
+            certificate = x509.load_pem_x509_certificate(path.read_bytes())
         except FileNotFoundError:
             continue
         except OSError as error:
@@ -137,7 +137,10 @@ def expiring(plan: Plan, folder: Path, now: datetime) -> Iterator[str]:
         except ValueError:
             yield f"{path}: is not a certificate; `flockwire keys` makes it again"
         else:
-            if end - now < WARN:
+            begin, end = certificate.not_valid_before_utc, certificate.not_valid_after_utc
+            if begin > now:
+                yield f"{path}: is valid from {begin:{FORMAT}} on; `flockwire keys` makes it again"
+            elif end - now < WARN:
                 yield f"{path}: ends on {end:%Y-%m-%d}; `flockwire keys` renews it"
 
 
@@ -233,7 +236,8 @@ def _good(folder: Path, identity: str, names: tuple[str, ...], authority: x509.C
 
 
 def _lasts(certificate: x509.Certificate, now: datetime) -> bool:
-    return certificate.not_valid_after_utc - now > RENEW
+    """Return whether a certificate is valid, and for long; one made while a clock was ahead is not valid yet."""
+    return certificate.not_valid_before_utc <= now and certificate.not_valid_after_utc - now > RENEW
 
 
 def _write(path: Path, data: bytes, private: bool = False) -> None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
 from collections.abc import Iterable
 from importlib.metadata import version
 from pathlib import Path
 from typing import Generic, Self, TypeVar
 
+from flockwire.locking import EXCLUSIVE, NOW, lock
 from pydantic import TypeAdapter, ValidationError
 
 from flockwire_sim.study.file import Study, StudyError
@@ -42,7 +42,7 @@ class Ledger(Generic[Entry]):
             (out / PLAN).write_text(identity, encoding="utf-8")
         self._file = (out / RUNS).open("a+b")
         try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            lock(self._file, EXCLUSIVE | NOW)
             self.results: list[Entry] = self._flown(out)
         except BlockingIOError:
             self._file.close()

@@ -187,9 +187,11 @@ def test_a_clock_before_the_certificates_time(keys, made):
     assert load_credentials(keys, "uav1", made - BACKDATED)
     assert refusal(keys, made - DAY) == (
         f"{keys / 'uav1.crt'}: is valid from 2026-11-21 11:00 UTC on, and this machine's clock says "
-        "2026-11-20 12:00 UTC; set the clock"
+        "2026-11-20 12:00 UTC; set the clock, or if it is right, `flockwire keys SWARM` makes it again"
     )
 
 
 def test_a_clock_at_the_beginning_of_time(keys, made):
-    assert refusal(keys, made.replace(year=1970, month=1, day=1)).endswith("says 1970-01-01 12:00 UTC; set the clock")
+    assert refusal(keys, made.replace(year=1970, month=1, day=1)).endswith(
+        "says 1970-01-01 12:00 UTC; set the clock, or if it is right, `flockwire keys SWARM` makes it again"
+    )

@@ -18,6 +18,7 @@ from flockwire.security.pki import (
     AUTHORITY_LIFE,
     BACKDATED,
     LIFE,
+    LOCK,
     RENEW,
     WARN,
     expiring,
@@ -49,7 +50,9 @@ def alternatives(folder, name):
 
 
 def contents(folder):
-    return {path.relative_to(folder): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    """Return the files of a folder of keys, by path; the makers' lock is none of them."""
+    files = (path for path in folder.rglob("*") if path.is_file() and path.name != LOCK)
+    return {path.relative_to(folder): path.read_bytes() for path in files}
 
 
 @pytest.fixture
@@ -368,3 +371,21 @@ def test_a_certificate_that_may_not_be_read_is_a_warning_with_its_cause(keys, pl
     (keys / "uav1.crt").unlink()
     (keys / "uav1.crt").mkdir()
     assert f"{keys / 'uav1.crt'}: cannot read it: Is a directory" in expiring(plan, keys, made)
+
+
+def test_certificates_made_while_the_clock_was_ahead_are_made_again_the_authorities_too(plan, tmp_path, made):
+    make_keys(plan, tmp_path, made + 2 * DAY)
+    assert len(tuple(expiring(plan, tmp_path, made))) == len((*plan.authorities, *plan.identities))
+    assert all("is valid from 2026-11-23 11:00 UTC on" in line for line in expiring(plan, tmp_path, made))
+    assert set(make_keys(plan, tmp_path, made)) == {*plan.authorities, *plan.identities}
+    for identity in plan.identities:
+        assert checked(tmp_path, plan, identity, made)
+    assert make_keys(plan, tmp_path, made) == ()
+
+
+def test_without_the_authoritys_key_certificates_from_the_future_are_not_good(plan, tmp_path, made):
+    make_keys(plan, tmp_path, made + 2 * DAY)
+    for key in (tmp_path / "authority").iterdir():
+        key.unlink()
+    with pytest.raises(CredentialsError, match="has to be made again"):
+        make_keys(plan, tmp_path, made)
