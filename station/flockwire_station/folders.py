@@ -44,6 +44,7 @@ def complete_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
     A warning names those made in `keys`, which may be mistyped. Raises CredentialsError.
     """
     from flockwire.security.credentials import load_credentials  # noqa: PLC0415
+    from flockwire.security.pki import FLIGHT, expiring  # noqa: PLC0415
 
     swarm = plan.swarm
     folder = keys_folder(file, plan, keys)
@@ -58,7 +59,9 @@ def complete_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
                 which = "a new authority and all keys" if set(plan.authorities) <= set(made) else ", ".join(made)
                 print(f"flockwire: warning: --keys = {folder}: made {which} there")
         for identity in (*plan.processes_on(host), OPERATOR.kind):
-            load_credentials(folder, identity, clock.utc(), plan.issuer(identity), plan.authorities)
+            load_credentials(folder, identity, clock.utc(), plan.issuer(identity), plan.authorities, FLIGHT)
+        for line in expiring(plan, folder, clock.utc()):
+            print(f"flockwire: warning: {line}", file=sys.stderr)
     return folder
 
 

@@ -25,6 +25,8 @@ HANDSHAKE_TIME = 1.0  # s for one handshake
 NOBODY = "no process listens at the address of {who} ({where})"
 SILENT = "no answer from the host of {who} ({where})"
 STRANGE = "{who} has a certificate of another authority than the keys in {keys}, or for another address"
+UNTIMELY = "{who} has a certificate that is not valid by this machine's clock; set the clock"
+NOT_YET, EXPIRED = 9, 10  # X509_V_ERR_CERT_NOT_YET_VALID, X509_V_ERR_CERT_HAS_EXPIRED
 REFUSED = "{who} refuses the keys in {keys}"
 SLOW = "{who} runs, but was not linked in time"
 UNEXPLAINED = "no link to {who} ({where}); QUIC does not report why"
@@ -95,8 +97,8 @@ async def _cause(plan: Plan, endpoint: str, context: ssl.SSLContext | None) -> s
     try:
         async with asyncio.timeout(HANDSHAKE_TIME):
             await (_datagram(host, int(port)) if quic else _handshake(host, int(port), context))
-    except ssl.SSLCertVerificationError:
-        return STRANGE
+    except ssl.SSLCertVerificationError as error:
+        return UNTIMELY if error.verify_code in (NOT_YET, EXPIRED) else STRANGE
     except (ssl.SSLError, ConnectionResetError):
         return REFUSED
     except ConnectionRefusedError:

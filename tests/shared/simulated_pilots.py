@@ -108,6 +108,8 @@ class SimulatedSwarm:
         for pilot in self.pilots.values():
             pilot.phase, pilot.mission = phase, mission
         self._gateway = Orders()
+        if mission is not None:
+            self._gateway.take(mission, mission.stamp)
 
     def linked(self) -> tuple[str, ...]:
         return self.plan.dials["operator"]

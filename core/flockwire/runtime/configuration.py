@@ -14,6 +14,9 @@ LARGEST_MESSAGE = 65536  # bytes
 SPARE_SESSIONS = 512  # besides one for each link: a holder of one drone's certificate must not exhaust them easily
 ACCEPTING = 1000  # pending connections
 ACCEPT_TIME = {"tls": 1000, "quic": 4000}  # ms for each; a radio link loses some of its packets
+# ms. For each TLS handshake that fails or takes too long Zenoh stops accepting for 0.1 s, which cannot be configured:
+# a thousand silent connections that time out would keep an operator out for minutes. So they stay, for a descriptor.
+HANDSHAKE_TIME = 3_600_000
 ROUTER_PATIENCE = 500  # ms for one attempt to reach the router
 # Threads of Zenoh's runtime.
 ONE_THREAD = (
@@ -62,7 +65,7 @@ def _configuration(
     }
     config: dict[str, object] = {
         "mode": mode,
-        "listen": {"endpoints": [plan.locator(plan.bound(endpoint)) for endpoint in listening]},
+        "listen": {"endpoints": [_bounded(plan.locator(plan.bound(endpoint))) for endpoint in listening]},
         "connect": {
             "endpoints": [plan.locator(endpoint) for endpoint in dialled],
             "timeout_ms": ROUTER_PATIENCE if mode == "client" else -1,
@@ -87,13 +90,18 @@ def _configuration(
     return config
 
 
+def _bounded(locator: str) -> str:
+    """Return the locator to listen at, where silent connections block nobody."""
+    return f"{locator}#tls_handshake_timeout_ms={HANDSHAKE_TIME}" if locator.startswith("tls/") else locator
+
+
 def _tls(credentials: Credentials) -> dict[str, object]:
     certificate, key = str(credentials.certificate), str(credentials.key)
     return {
         "root_ca_certificate": str(credentials.authority),
         "enable_mtls": True,
         "verify_name_on_connect": True,
-        "close_link_on_expiration": True,
+        "close_link_on_expiration": False,  # what is linked flies on, and obeys orders
         "listen_certificate": certificate,
         "listen_private_key": key,
         "connect_certificate": certificate,

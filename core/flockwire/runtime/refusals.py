@@ -22,7 +22,8 @@ _REFUSAL = re.compile(r"WARN .*zenoh_link_tls::\w+: (?P<reason>.*)")
 _NOISE = re.compile(r"(: verification time| Hint:).*")  # differs from one refusal to the next, or misleads
 LONGEST_LINE = 4096
 MOST_REASONS = 32
-LOG_FILTER = "off,zenoh_link_tls=warn"
+LOG_VARIABLE = "RUST_LOG"  # of Rust's programs: a user's filter for them must not hide refusals
+LOG_FILTER = "zenoh_link_tls=warn"
 
 
 class Refusals:
@@ -40,6 +41,7 @@ class Refusals:
         os.dup2(write_end, sys.stdout.fileno())
         os.close(write_end)
         os.set_blocking(read_end, False)
+        os.environ[LOG_VARIABLE] = f"{os.environ.get(LOG_VARIABLE) or 'off'},{LOG_FILTER}"
         zenoh.init_log_from_env_or(LOG_FILTER)
         asyncio.get_running_loop().add_reader(read_end, self._readable, read_end)
 

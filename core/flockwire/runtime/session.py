@@ -20,6 +20,7 @@ from pathlib import Path
 
 from flockwire import clock
 from flockwire.runtime.configuration import NO_DETOURS, ONE_THREAD, ROUTING, configuration, reserved_configuration
+from flockwire.runtime.descriptors import raise_limit
 from flockwire.runtime.linger import ignore_linger
 from flockwire.security.files import Credentials, default_folder, files_of, hold
 from flockwire.wire.inbox import inbox_of
@@ -27,8 +28,9 @@ from flockwire.wire.keys import ROWS, Delivery, Key
 from flockwire.wire.plan import Plan
 from flockwire.wire.processes import Link
 
-# One runtime thread instead of five: a third less processor time at 100 Hz. It is read when Zenoh's runtime starts.
-os.environ.setdefault("ZENOH_RUNTIME", ONE_THREAD)
+# One runtime thread instead of five: a third less processor time at 100 Hz. It is read when Zenoh's runtime starts. A
+# value of the caller's shell is not used: a bad one ends this process when an order opens its session.
+os.environ["ZENOH_RUNTIME"] = ONE_THREAD
 
 import zenoh
 
@@ -58,8 +60,7 @@ def routes() -> None:
     A message that its sender has blocked on waits in the receiving thread for room in a queue, so another thread must
     empty that queue: with one for both, nothing passes for 5 s, and Zenoh closes the link of whoever was to receive it.
     """
-    if os.environ["ZENOH_RUNTIME"] == ONE_THREAD:
-        os.environ["ZENOH_RUNTIME"] = ROUTING
+    os.environ["ZENOH_RUNTIME"] = ROUTING
 
 
 async def connect(
@@ -113,6 +114,7 @@ class Session(contextlib.AbstractContextManager["Session"]):
         if swarm.network.security == "mtls":
             credentials = _credentials(plan, folder, identity, verified)
         ignore_linger()
+        raise_limit()
         if plan.rows[identity].link is Link.ROUTER:
             routes()
         self._sessions: list[zenoh.Session] = []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import stat
 from collections.abc import Callable
-from datetime import datetime
+from datetime import datetime, timedelta
 from functools import partial
 from pathlib import Path
 from typing import TypeVar
@@ -27,11 +27,17 @@ FORMAT = "%Y-%m-%d %H:%M UTC"
 
 
 def load_credentials(
-    folder: Path, identity: str, now: datetime, issuer: str = AUTHORITY, authorities: tuple[str, ...] = (AUTHORITY,)
+    folder: Path,
+    identity: str,
+    now: datetime,
+    issuer: str = AUTHORITY,
+    authorities: tuple[str, ...] = (AUTHORITY,),
+    lasting: timedelta = timedelta(),
 ) -> Credentials:
     """Check the keys of `identity` in `folder` as of `now`; raises CredentialsError.
 
-    Its certificate must be of the authority `issuer`; it needs the certificates of all `authorities`.
+    Its certificate must be of the authority `issuer`; it needs the certificates of all `authorities`, and all must be
+    valid for the time `lasting`.
     """
     files = files_of(folder, identity)
     _check_folder(folder)
@@ -50,9 +56,9 @@ def load_credentials(
     except (ValueError, TypeError, InvalidSignature):
         signer = files.signed_by(issuer)
         raise CredentialsError(f"{files.certificate}: was not signed by the authority {signer}") from None
-    _check_dates(files.certificate, certificate, now)
+    _check_dates(files.certificate, certificate, now, lasting)
     for name, held in trusted.items():
-        _check_dates(files.signed_by(name), held, now)
+        _check_dates(files.signed_by(name), held, now, lasting)
     return files
 
 
@@ -87,10 +93,15 @@ def _check_private(key: Path) -> None:
         raise CredentialsError(f"{key}: others may read this private key (mode {mode:04o}); chmod 600 it")
 
 
-def _check_dates(path: Path, certificate: x509.Certificate, now: datetime) -> None:
+def _check_dates(path: Path, certificate: x509.Certificate, now: datetime, lasting: timedelta) -> None:
     begin, end = certificate.not_valid_before_utc, certificate.not_valid_after_utc
     if now > end:
         raise CredentialsError(f"{path}: expired on {end:{FORMAT}}; `flockwire keys SWARM` renews it")
+    if now + lasting > end:
+        hours = lasting // timedelta(hours=1)
+        raise CredentialsError(
+            f"{path}: expires on {end:{FORMAT}}, and a flight needs {hours} h; `flockwire keys SWARM` renews it"
+        )
     if now < begin:
         raise CredentialsError(
             f"{path}: is valid from {begin:{FORMAT}} on, and this machine's clock says {now:{FORMAT}}; set the clock, "

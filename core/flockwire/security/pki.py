@@ -16,7 +16,7 @@ import os
 import secrets
 from collections.abc import Iterator
 from dataclasses import dataclass
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 from cryptography import x509
@@ -35,7 +35,8 @@ LIFE = timedelta(days=90)
 AUTHORITY_LIFE = timedelta(days=3650)
 RENEW = timedelta(days=30)  # before its end a certificate is renewed
 WARN = timedelta(days=14)  # before its end `check` warns
-BACKDATED = timedelta(hours=1)  # for machines with a clock that is a little behind
+FLIGHT = timedelta(hours=12)  # a flight starts only with certificates that last so long
+BEGIN = datetime(1970, 1, 1, tzinfo=UTC)  # of all certificates: a clock that is set back in flight ends no link
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +78,7 @@ def _make_keys(plan: Plan, folder: Path, now: datetime, rotate: bool) -> tuple[s
     for identity in plan.identities:
         names, signer = alternative_names(plan, identity), signers[plan.issuer(identity)]
         if not _good(folder, identity, names, signer.certificate, now):
-            save(issue(signer, identity, names, now - BACKDATED, now + LIFE), folder, identity)
+            save(issue(signer, identity, names, BEGIN, now + LIFE), folder, identity)
             made.append(identity)
     return tuple(made)
 
@@ -179,7 +180,7 @@ def new_authority(name: str, now: datetime) -> Signer:
     key = ec.generate_private_key(ec.SECP256R1())
     common_name = authority_name(name)
     certificate = (
-        _builder(common_name, _name(common_name), key, now - BACKDATED, now + AUTHORITY_LIFE)
+        _builder(common_name, _name(common_name), key, BEGIN, now + AUTHORITY_LIFE)
         .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
         .sign(key, hashes.SHA256())
     )

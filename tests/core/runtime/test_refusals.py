@@ -1,8 +1,11 @@
 import logging
+import os
+import socket
 import subprocess
 import sys
 
 import pytest
+import tomli_w
 from flockwire.runtime.refusals import Refusals
 
 DIM, OFF, YELLOW, RED = "\x1b[2m", "\x1b[0m", "\x1b[33m", "\x1b[31m"
@@ -141,3 +144,47 @@ asyncio.run(main())
 def test_a_flood_of_refusals_never_blocks_the_one_who_logs():
     done = subprocess.run([sys.executable, "-c", FLOOD], timeout=2, check=True, stderr=subprocess.PIPE)
     assert 0 < int(done.stderr) < 100  # nobody read meanwhile
+
+
+REFUSE = """
+import asyncio, json, socket, sys
+from pathlib import Path
+from flockwire.runtime.configuration import configuration
+from flockwire.runtime.refusals import Refusals
+from flockwire.security.files import files_of
+from flockwire.loading import read_swarm
+from flockwire.wire.plan import Plan
+import zenoh
+
+class Watching(Refusals):
+    def take(self, line):
+        super().take(line)
+        if self.count:
+            refused.set()
+
+async def main():
+    file, keys, port = sys.argv[1:]
+    plan = Plan(read_swarm(Path(file)))
+    refusals = Watching("gateway")
+    refusals.watch()
+    config = configuration(plan, "gateway", files_of(Path(keys), "gateway"))
+    config["listen"]["endpoints"], config["connect"]["endpoints"] = [f"tls/127.0.0.1:{port}"], []
+    with zenoh.open(zenoh.Config.from_json5(json.dumps(config))):
+        with socket.create_connection(("127.0.0.1", int(port))) as stranger:
+            stranger.sendall(b"no handshake")
+            await refused.wait()
+
+refused = asyncio.Event()
+asyncio.run(main())
+"""
+
+
+@pytest.mark.parametrize("shell", ["", "error", "off", "zenoh=error"])
+def test_a_filter_of_the_users_shell_hides_no_refusal(keys, make_plan, swarm_table, tmp_path, shell):
+    file = tmp_path / "swarm.toml"
+    file.write_text(tomli_w.dumps(swarm_table({})))
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    command = [sys.executable, "-c", REFUSE, str(file), str(keys), str(port)]
+    subprocess.run(command, env=os.environ | {"RUST_LOG": shell}, timeout=30, check=True)

@@ -12,7 +12,7 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from flockwire.security.credentials import load_credentials
 from flockwire.security.files import Credentials, CredentialsError, default_folder
-from flockwire.security.pki import BACKDATED, LIFE, Signer, issue, new_authority, read_authority, save
+from flockwire.security.pki import BEGIN, FLIGHT, LIFE, Signer, issue, new_authority, read_authority, save
 
 CHOWN = "`chown -R` the keys folder to the user who runs this"
 DAY, MINUTE = timedelta(days=1), timedelta(minutes=1)
@@ -183,15 +183,21 @@ def test_an_expired_authority(keys, made):
     assert refusal(keys, late).startswith(f"{keys / 'ca.crt'}: expired on ")
 
 
+def test_a_clock_that_was_set_back_by_years_ends_no_link(keys):
+    assert load_credentials(keys, "uav1", BEGIN)
+
+
+def test_a_flight_needs_certificates_that_last_some_hours(keys, made):
+    end = made + LIFE
+    assert load_credentials(keys, "uav1", end - FLIGHT, lasting=FLIGHT)
+    assert load_credentials(keys, "uav1", end)  # who restarts in flight needs no more
+    with pytest.raises(CredentialsError, match="expires on 2027-02-19 12:00 UTC, and a flight needs 12 h; "):
+        load_credentials(keys, "uav1", end - FLIGHT + MINUTE, lasting=FLIGHT)
+
+
 def test_a_clock_before_the_certificates_time(keys, made):
-    assert load_credentials(keys, "uav1", made - BACKDATED)
+    save(issue(read_authority(keys), "uav1", ("localhost",), made, made + DAY), keys, "uav1")
     assert refusal(keys, made - DAY) == (
-        f"{keys / 'uav1.crt'}: is valid from 2026-11-21 11:00 UTC on, and this machine's clock says "
+        f"{keys / 'uav1.crt'}: is valid from 2026-11-21 12:00 UTC on, and this machine's clock says "
         "2026-11-20 12:00 UTC; set the clock, or if it is right, `flockwire keys SWARM` makes it again"
-    )
-
-
-def test_a_clock_at_the_beginning_of_time(keys, made):
-    assert refusal(keys, made.replace(year=1970, month=1, day=1)).endswith(
-        "says 1970-01-01 12:00 UTC; set the clock, or if it is right, `flockwire keys SWARM` makes it again"
     )

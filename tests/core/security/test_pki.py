@@ -12,11 +12,12 @@ from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID
+from flockwire.security import pki
 from flockwire.security.credentials import common_name, load_credentials
 from flockwire.security.files import CredentialsError, hold
 from flockwire.security.pki import (
     AUTHORITY_LIFE,
-    BACKDATED,
+    BEGIN,
     LIFE,
     LOCK,
     RENEW,
@@ -78,7 +79,7 @@ def test_a_certificate_serves_both_ends_of_a_link_for_ninety_days(keys, made):
         usage = held.extensions.get_extension_for_class(x509.ExtendedKeyUsage).value
         assert set(usage) == {ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH}
         assert held.not_valid_after_utc == made + 90 * DAY
-        assert held.not_valid_before_utc == made - BACKDATED
+        assert held.not_valid_before_utc == BEGIN
         assert not held.extensions.get_extension_for_class(x509.BasicConstraints).value.ca
 
 
@@ -373,18 +374,22 @@ def test_a_certificate_that_may_not_be_read_is_a_warning_with_its_cause(keys, pl
     assert f"{keys / 'uav1.crt'}: cannot read it: Is a directory" in expiring(plan, keys, made)
 
 
-def test_certificates_made_while_the_clock_was_ahead_are_made_again_the_authorities_too(plan, tmp_path, made):
-    make_keys(plan, tmp_path, made + 2 * DAY)
+def test_certificates_that_are_not_valid_yet_are_made_again_the_authorities_too(plan, tmp_path, made, monkeypatch):
+    with monkeypatch.context() as earlier:  # certificates once began at the time of a clock, which may be ahead
+        earlier.setattr(pki, "BEGIN", made + 2 * DAY)
+        make_keys(plan, tmp_path, made + 2 * DAY)
     assert len(tuple(expiring(plan, tmp_path, made))) == len((*plan.authorities, *plan.identities))
-    assert all("is valid from 2026-11-23 11:00 UTC on" in line for line in expiring(plan, tmp_path, made))
+    assert all("is valid from 2026-11-23 12:00 UTC on" in line for line in expiring(plan, tmp_path, made))
     assert set(make_keys(plan, tmp_path, made)) == {*plan.authorities, *plan.identities}
     for identity in plan.identities:
         assert checked(tmp_path, plan, identity, made)
     assert make_keys(plan, tmp_path, made) == ()
 
 
-def test_without_the_authoritys_key_certificates_from_the_future_are_not_good(plan, tmp_path, made):
-    make_keys(plan, tmp_path, made + 2 * DAY)
+def test_without_the_authoritys_key_certificates_from_the_future_are_not_good(plan, tmp_path, made, monkeypatch):
+    with monkeypatch.context() as earlier:
+        earlier.setattr(pki, "BEGIN", made + 2 * DAY)
+        make_keys(plan, tmp_path, made + 2 * DAY)
     for key in (tmp_path / "authority").iterdir():
         key.unlink()
     with pytest.raises(CredentialsError, match="has to be made again"):
