@@ -10,14 +10,13 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from flockwire import clock
 from flockwire.objects import load_object
 from flockwire.runtime.standard_streams import unblocked
 from flockwire.swarm.airframes import AIRFRAMES
 from flockwire.swarm.model import uav
 
 from flockwire_cli.arguments import Keys, Number, SwarmFile
-from flockwire_cli.inputs import load, made_keys, refuse, refused
+from flockwire_cli.inputs import load, made_keys, own_folder, refuse, refused
 
 app = typer.Typer()
 
@@ -41,11 +40,11 @@ def identify(
     loaded = plan.swarm
     if number not in plan.pilots:
         refuse(f"ID = {number}: must be one of {list(plan.pilots)}")
-    folder = out or Path("runs") / f"{loaded.name}-identify-{number}-{clock.local():%Y%m%d-%H%M%S}"
     if body and not loaded.row(number).turns:
         refuse(f"--body: {uav(number)} is of kind {loaded.row(number).kind!r}, which does not turn")
     axes = (Axis.CLOCKWISE,) if body else tuple(Axis)
     secrets = made_keys(swarm, plan, keys, plan.hosts[plan.pilots[number]])
+    folder = own_folder(out, f"{loaded.name}-identify-{number}")
     try:
         with refused(folder), unblocked():
             core = asyncio.run(identifying.excite(plan, swarm, secrets, number, folder, axes))

@@ -21,6 +21,7 @@ from flockwire_cli.inputs import (
     faults_of,
     load,
     made_keys,
+    own_folder,
     refuse,
     refuse_a_second_trace,
     refuse_endless,
@@ -31,6 +32,9 @@ from flockwire_cli.inputs import (
 )
 
 app = typer.Typer()
+
+
+NO_TRACE = "--out = {out}: there is no trace of this flight; does the recorder run, with this folder?"
 
 
 @app.command()
@@ -106,9 +110,10 @@ def up(
     if without and not plan.conducts(here):
         refuse(f"--without: host {here!r} gives no orders; use it on the recorder's host")
     absent = left_out(plan, without)
-    folder = out or Path("runs") / f"{loaded.name}-{clock.local():%Y%m%d-%H%M%S}"
+    secrets = made_keys(swarm, plan, keys, here)
+    folder = own_folder(out, loaded.name)
     refuse_a_second_trace(folder)
-    flying = Host(plan, swarm, here, folder, made_keys(swarm, plan, keys, here), faults)
+    flying = Host(plan, swarm, here, folder, secrets, faults)
     _predict(loaded, duration, verbose)
     with refused(folder), unblocked():
         failure = asyncio.run(fly(flying, duration, headless, wrong, absent))
@@ -127,7 +132,7 @@ def conduct(
     verbose: Verbose = False,
 ) -> None:
     """Fly a swarm whose processes already run (containers, services): take off, formation, land, report."""
-    from flockwire_recorder.parts import newest_folder  # noqa: PLC0415
+    from flockwire_recorder.parts import newest_folder, newest_size  # noqa: PLC0415
     from flockwire_station.conduct import conduct as fly  # noqa: PLC0415
 
     from flockwire_cli.verdict import conclude, verdict  # noqa: PLC0415
@@ -135,11 +140,12 @@ def conduct(
     refuse_endless(duration)
     plan = load(swarm)
     warn_of(plan.swarm)
+    before = newest_size(out) if out is not None else None
     with refused(), unblocked():
         failure = asyncio.run(fly(plan, keys_folder(swarm, plan, keys), duration, out, headless))
-    folder = newest_folder(out) if out is not None else None
+    folder = newest_folder(out) if out is not None and newest_size(out) != before else None
     if folder is None:
-        raise typer.Exit(verdict(filter(None, (failure, "there is no trace" if out is not None else ""))))
+        raise typer.Exit(verdict(filter(None, (failure, NO_TRACE.format(out=out) if out is not None else ""))))
     raise typer.Exit(conclude(failure, folder, verbose=verbose))
 
 
@@ -172,7 +178,7 @@ def sim(
         if out is not None:
             refuse(f"--out = {out}: with --no-trace nothing is written")
         raise typer.Exit(simulate(flight, verbose=verbose))
-    folder = out or Path("runs") / f"{loaded.name}-sim-{seed}-{clock.local():%Y%m%d-%H%M%S}"
+    folder = own_folder(out, f"{loaded.name}-sim-{seed}")
     refuse_a_second_trace(folder)
     with refused(folder):
         raise typer.Exit(simulate(flight, folder, swarm.read_text(encoding="utf-8"), verbose))

@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from itertools import count
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
@@ -66,6 +67,23 @@ def refuse_unused(what: str, options: Mapping[str, object]) -> None:
     """Refuse those of the `options`, by name, that are given, because they have no effect with `what`."""
     if given := [option for option, value in options.items() if value]:
         refuse("\n".join(f"{option}: has no effect with {what}; remove it" for option in given))
+
+
+def own_folder(out: Path | None, name: str) -> Path:
+    """Return `out`, or a new folder runs/NAME-TIME that no other command has, even one of the same second."""
+    if out is not None:
+        return out
+    stem = f"{name}-{clock.local():%Y%m%d-%H%M%S}"
+    for again in count(1):
+        folder = Path("runs") / (stem if again == 1 else f"{stem}-{again}")
+        try:
+            folder.mkdir(parents=True)
+        except FileExistsError:
+            continue
+        except OSError as error:
+            unwritable(folder, error)
+        break
+    return folder
 
 
 def refuse_a_second_trace(out: Path) -> None:

@@ -61,6 +61,12 @@ def newest_folder(out: Path) -> Path | None:
     return max((first.parent for first in out.glob(f"*/{FIRST}")), key=_begun, default=None)
 
 
+def newest_size(out: Path) -> tuple[Path, int] | None:
+    """Return the folder whose trace was begun last with the bytes of all its parts, None when there is none."""
+    folder = newest_folder(out)
+    return None if folder is None else (folder, sum(part.stat().st_size for part in parts(folder / FIRST)))
+
+
 def _begun(folder: Path) -> tuple[str, Path]:
     """Return when the trace of a folder was begun (UTC, ISO 8601; empty if it does not say), and the folder."""
     described = _described(folder)

@@ -130,7 +130,9 @@ class Director:
         return (*fleet.without_poses(), *fleet.others_than(Phase.READY, *FLYING), *problems(self._swarm, fleet))
 
     def stop(self, now: int) -> None:
-        """Record an emergency stop: the flight has failed, and ends when no drone flies."""
+        """Record an emergency stop: the flight has failed, and ends when no drone flies; one that is over stays so."""
+        if self.stage is Stage.OVER:
+            return
         sometimes(f"director: stopped, {self.stage}")
         self.failure = self.failure or "emergency stop"
         self.stage, self._since, self._standing.order = Stage.LANDING, now, None

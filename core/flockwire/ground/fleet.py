@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable, Mapping
 from flockwire.domain.airframe import FlightState, Telemetry
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND
+from flockwire.domain.vector import Vector
 from flockwire.ground.known_orders import KnownOrders
 from flockwire.pilot.orders import came_down, rank
 from flockwire.swarm.model import uav
@@ -83,6 +84,11 @@ class Fleet:
     def phase(self, drone: int) -> str | None:
         """Return the phase of the drone's pilot, None if it is silent."""
         return self.fresh[drone].report.phase if drone in self.fresh else None
+
+    def position(self, identity: str) -> Vector | None:
+        """Return the position (m, world frame) that a process reports, None if it is silent or knows none."""
+        status = self._statuses.get(identity)
+        return status.report.position if status is not None and self.now - status.stamp < STALE else None
 
     def names_unknown(self, drone: int) -> bool:
         """Return whether the drone's pilot names an order that is not known: only its version counts."""

@@ -161,8 +161,7 @@ class ChangeGiving(Giving):
             order = Mission(fleet.now, frame, "formation", start, formation, without=running.without)
             self._planned = with_first_places(order, self._plan.swarm, fleet)
             return
-        leader = fleet.fresh.get(LEADER)
-        position = leader.report.position if leader is not None else None
+        position = fleet.position(self._plan.pilot[LEADER])  # a virtual or a tracked leader has no drone
         held = with_held_places(running, self._plan.swarm, fleet) if formation != running.formation else running
         if held is None:
             self.answer = Answer(refusal="the places that the drones hold by the auction are not known; start again")

@@ -879,3 +879,11 @@ def test_the_climb_to_a_great_height_takes_its_time():
         update={"limits": PLAN.swarm.limits.model_copy(update={"takeoff_height": 25.0, "fence": Fence(ceiling=30.0)})}
     )
     assert STAGE_TIME / SECOND + high.climb_time > 25.0 / 0.7 + 30.0
+
+
+def test_a_stop_after_its_end_does_not_open_a_good_flight_again(flying):
+    flying.take(flying.director.land(flying.now))
+    flying.all(Phase.READY)
+    assert (flying.stage, flying.failure) == (Stage.OVER, "")
+    flying.director.stop(flying.now)
+    assert (flying.stage, flying.failure) == (Stage.OVER, "")

@@ -116,3 +116,23 @@ def test_a_start_ends_with_a_landing_that_came_beside_anothers_start(make_plan):
     later = NOW + 6 * SECOND // 5
     assert start.step(fleet(statuses(later, hold, uav1=land, uav2=other), later, telemetry)) is None
     assert start.answer == Answer(refusal="land was ordered meanwhile")
+
+
+LEADERS = {
+    "virtual": {"leader.kind": "virtual", "drones.0": None},
+    "tracked": {"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2]},
+}
+
+
+@pytest.mark.parametrize("kind", LEADERS)
+def test_a_change_is_checked_against_the_fence_from_where_a_leader_without_a_drone_is(make_plan, kind):
+    edges = {"graph.edges": [[0, 1], [1, 2], [2, 3], [3, 4]], "formations.wide": {"kind": "circle", "radius": 4.0}}
+    plan = make_plan({**edges, **LEADERS[kind]})
+    made = ChangeGiving(plan, Order("formation", "wide"), OURS, NOW)
+    known = {name: status for name, status in statuses(NOW).items() if name in plan.pilots.values()}
+    where = (3.0, -2.0, 1.0)
+    known["leader"] = Status(
+        NOW, "world", "leader", Report("formation", position=where), 0, 0, 0, 0, 0, 0.0, 0, (), ()
+    )  # fmt: skip
+    made.step(Fleet(plan.pilots, known, {}, NOW, repeated(known.values())))
+    assert made.to_plan.leader == where
