@@ -48,10 +48,24 @@ def _ip(key: str, text: str) -> Iterator[str]:
 def _endpoints(swarm: Swarm) -> Iterator[str]:
     plan = Plan(swarm)
     yield from _processes(plan)
+    yield from _unreachable(swarm)
     yield from _ports(plan)
     yield from _addresses(plan)
     yield from _security(plan)
     yield from _simulated_airframes(plan)
+
+
+def _unreachable(swarm: Swarm) -> Iterator[str]:
+    """Yield hosts that listen at loopback, or at every address, beside hosts in a network: those cannot dial them."""
+    addresses = {name: ipaddress.ip_address(host.address) for name, host in swarm.hosts.items()}
+    hidden = [name for name, address in addresses.items() if address.is_loopback or address.is_unspecified]
+    if len(hidden) == len(addresses):
+        return
+    for name in hidden:
+        yield (
+            f"hosts.{name}.address = '{addresses[name]}': the other hosts cannot reach it there; name its address in "
+            "their network"
+        )
 
 
 def _processes(plan: Plan) -> Iterator[str]:

@@ -21,6 +21,14 @@ WRONG = [
     ),
     ({"hosts.a.processes": ["operator"]}, "hosts.a.processes has 'operator': must be one of ['router', "),
     (
+        {"hosts": {"a": {}, "b": {"address": "10.0.0.2"}}, "drones.2.host": "b"},
+        "hosts.a.address = '127.0.0.1': the other hosts cannot reach it there; name its address in their network",
+    ),
+    (
+        {"hosts": {"a": {"address": "0.0.0.0"}, "b": {"address": "10.0.0.2"}}, "drones.2.host": "b"},
+        "hosts.a.address = '0.0.0.0': the other hosts cannot reach it there; name its address in their network",
+    ),
+    (
         {"hosts": {"a": {"processes": ["leader"]}, "b": {"processes": ["leader"]}}},
         "hosts.b.processes has 'leader': host a runs it already",
     ),
