@@ -31,7 +31,7 @@ PAGE = Path(__file__).with_name("page")
 PERIOD = 0.1  # s between two pictures
 ORDERS = ("start", "formation", "hold", "land", "stop")
 LONGEST_ORDER = 4096  # bytes
-MOST_PAGES = 32
+MOST_PAGES = 32  # with the token, and as many without: those keep no operator out
 LONGEST_SEND = 1.0  # s for a page to accept a picture
 HEARTBEAT = 20.0  # s: with less, a busy station could disconnect a page that is about to order a stop
 OTHER_LINK = "this link has the token of another console; open the link that the console printed at its last start"
@@ -52,6 +52,7 @@ class Pages:
         self._files = _files()
         self._due, self._failed = 0, ""  # next picture, monotonic ns; last failure
         self._sockets: dict[web.WebSocketResponse, asyncio.Transport] = {}
+        self._operating_pages: set[web.WebSocketResponse] = set()  # those with the token
         self._sending: set[web.WebSocketResponse] = set()  # pages that have not accepted the last picture yet
         self._tasks: set[asyncio.Task[None]] = set()
 
@@ -89,7 +90,8 @@ class Pages:
         origin = request.headers.get("Origin")
         if origin is not None and origin.partition("://")[2] != request.host:
             raise web.HTTPForbidden(text="another site's page")
-        if len(self._sockets) >= MOST_PAGES:
+        alike = self._operating_pages if given else self._sockets.keys() - self._operating_pages
+        if len(alike) >= MOST_PAGES:
             raise web.HTTPServiceUnavailable(text=f"{MOST_PAGES} pages are open already")
         socket = web.WebSocketResponse(max_msg_size=LONGEST_ORDER, heartbeat=HEARTBEAT)
         await socket.prepare(request)
@@ -97,12 +99,15 @@ class Pages:
         assert transport is not None  # noqa: S101  (the connection was just answered)
         await socket.send_json({"outline": outline(self._plan), "orders": bool(given)})
         self._sockets[socket] = transport
+        if given:
+            self._operating_pages.add(socket)
         try:
             async for message in socket:
                 if message.type is WSMsgType.TEXT and given:
                     self._order(socket, message.data)
         finally:
             self._sockets.pop(socket, None)
+            self._operating_pages.discard(socket)
         return socket
 
     def _order(self, socket: web.WebSocketResponse, text: str) -> None:

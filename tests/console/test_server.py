@@ -188,3 +188,16 @@ def test_a_port_that_browsers_refuse_is_warned_of(make_plan, monkeypatch, capsys
     for port, warned in ((6667, True), (8420, False)):
         assert not asyncio.run(command.serve(make_plan(), tmp_path, "127.0.0.1", port))
         assert (command.UNSAFE_PORT.format(port=port) in capsys.readouterr().err) == warned
+
+
+def test_pages_without_the_token_keep_no_operator_out(swarm):
+    async def crowded():
+        async with serving(swarm) as (_, port), aiohttp.ClientSession() as session:
+            lookers = [await session.ws_connect(f"http://127.0.0.1:{port}/live") for _ in range(server.MOST_PAGES)]
+            with pytest.raises(aiohttp.WSServerHandshakeError) as refused:
+                await session.ws_connect(f"http://127.0.0.1:{port}/live")
+            assert refused.value.status == 503
+            async with looking(port):
+                assert all(not page.closed for page in lookers)
+
+    asyncio.run(crowded())
