@@ -36,7 +36,7 @@ class SteadyClock:
 
 def _shared_epoch() -> int | None:
     given = os.environ.get(EPOCH, "")
-    return int(given) if given.isdecimal() else None
+    return int(given) if given.removeprefix("-").isdecimal() else None  # it is negative early in 1970
 
 
 _IMPORTED = time.monotonic_ns()

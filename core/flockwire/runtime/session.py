@@ -19,10 +19,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from flockwire import clock
+from flockwire.domain.time import SECOND
 from flockwire.runtime.configuration import NO_DETOURS, ONE_THREAD, ROUTING, configuration, reserved_configuration
 from flockwire.runtime.descriptors import raise_limit
 from flockwire.runtime.linger import ignore_linger
-from flockwire.security.files import Credentials, default_folder, files_of, hold
+from flockwire.security.files import Credentials, CredentialsError, default_folder, files_of, hold
 from flockwire.wire.inbox import inbox_of
 from flockwire.wire.keys import ROWS, Delivery, Key
 from flockwire.wire.plan import Plan
@@ -43,7 +44,13 @@ _PRIORITIES = {
     Delivery.BACKGROUND: zenoh.Priority.BACKGROUND,
 }
 
+LATEST = (1 << 31) * SECOND  # ns: messages carry seconds in 32 bits
+BAD_CLOCK = "this machine's clock says {utc:%Y-%m-%d}, and messages carry times from 1970 to 2038-01-19; set the clock"
 UNKNOWN = "unknown"  # the identity at the other end of a link without security
+
+
+class ClockError(CredentialsError):
+    """No message can carry the time of this machine's clock."""
 
 
 class EndpointInUseError(OSError):
@@ -108,6 +115,8 @@ class Session(contextlib.AbstractContextManager["Session"]):
 
         Raises CredentialsError, EndpointInUseError, and in router mode RouterAbsentError.
         """
+        if not 0 <= clock.now() < LATEST:
+            raise ClockError(BAD_CLOCK.format(utc=clock.utc()))
         self._plan, self._identity, swarm = plan, identity, plan.swarm
         self._publishing: Publishing | None = None
         credentials, folder = None, keys or default_folder(swarm.name)

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 import zenoh
 from flockwire import clock
+from flockwire.domain.time import SECOND
 from flockwire.runtime.configuration import BURST, HANDSHAKE_TIME, SPARE_SESSIONS, configuration, reserved_configuration
 from flockwire.runtime.session import Session
 from flockwire.security.files import Credentials, CredentialsError, in_use
@@ -164,3 +165,10 @@ def test_an_ipv6_address_is_dialled_as_its_certificate_has_it(make_plan, mode, l
         config = configuration(plan, identity, FILES)
         for where in (*config["listen"]["endpoints"], *config["connect"]["endpoints"]):
             assert where.partition("#")[0].partition("/")[2].rpartition(":")[0] == "fd00::7"
+
+
+@pytest.mark.parametrize("seconds", [-1, 1 << 31])
+def test_a_clock_that_no_message_can_carry_is_refused_with_the_reason(make_plan, keys, monkeypatch, seconds):
+    monkeypatch.setattr(clock, "now", lambda: seconds * SECOND)
+    with pytest.raises(CredentialsError, match=r"this machine's clock says .*; set the clock"):
+        Session(make_plan(), "uav1", keys)
