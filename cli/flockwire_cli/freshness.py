@@ -8,12 +8,12 @@ CHANGED = "flockwire: {file} has changed since it was installed in {prefix}; {sc
 
 
 def changed_source(prefix: Path) -> str:
-    """Return a line about a source that is newer than the environment `prefix` of its clone; empty without one."""
-    made, root = prefix / "flockwire-made", prefix.parent
+    """Return a line about a source that is newer than `prefix`, if this is a clone's .venv; empty without one."""
+    root = prefix.parent
+    if prefix.name != ".venv":
+        return ""  # developers know
     try:
-        if made.read_text() == "editable\n":
-            return ""
-        since = made.stat().st_mtime
+        since = (prefix / "flockwire-made").stat().st_mtime
     except OSError:
         return ""  # no environment of a clone
     sources = (file for package in root.glob("*/flockwire*") for file in package.rglob("*.py"))

@@ -7,7 +7,6 @@ import sysconfig
 from pathlib import Path
 from shutil import which
 from types import SimpleNamespace
-from unittest.mock import MagicMock
 
 import pytest
 from build_hook import build_hook, compiled_files
@@ -57,18 +56,3 @@ def test_compilers_accept_the_flags_that_pack_the_code(hook, tmp_path, compiler)
     command = [compiler, "-c", "empty.c", f"-I{headers}", f"-I{mypyc}", *flags]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-
-
-@pytest.mark.long
-@pytest.mark.filterwarnings("ignore:The distutils:DeprecationWarning")
-def test_mypyc_accepts_what_is_compiled(hook, monkeypatch, tmp_path):
-    """It refuses, or fails on, some Python that runs; without this, users would get interpreted code and no word."""
-    core = pytest.importorskip("distutils.core")  # mypyc's, below Python 3.12; the tests have no setuptools
-    for name in ("setuptools", "setuptools.command", "setuptools.command.build_ext"):
-        monkeypatch.setitem(sys.modules, name, MagicMock(Extension=core.Extension))
-    monkeypatch.chdir(ROOT)
-    from mypyc.build import mypycify
-
-    files = [str(file) for entry in hook.COMPILED for file in hook._files(Path(entry))]
-    modules = mypycify(["--follow-imports=silent", *files], multi_file=True, target_dir=str(tmp_path))  # into C
-    assert len(modules) > len(files)
