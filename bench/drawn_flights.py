@@ -67,8 +67,7 @@ def laws(seed: int) -> str:
 
 def trapped(seed: int) -> str:
     """Fly such a law among people; return whether a person was not given way to, though there was a way."""
-    result = hostile.fly(hostile.point_of(seed), people=True)
-    return _breached(result) if "person" in result.breached else ""
+    return _breached(hostile.fly(hostile.point_of(seed), people=True))
 
 
 FAMILIES: tuple[tuple[Callable[[int], str], int], ...] = (

@@ -5,8 +5,9 @@
 A flight is a point of the unit cube: law (law_hostile.py), drones, starts, obstacles, fence, limits of speed and of
 acceleration (0.3 to 10 m/s^2), an airframe with or without lag. With --people one or two persons walk through it at 0.3
 to 1.5 m/s. Margins are m above what is promised: between drones, to obstacles, to persons, within the fence (0.02 m
-beyond it are allowed). A person's counts only in flights whose drones could always give way: `cornered` are those whose
-status says that no velocity within their limits did. The climb varies the worst flight of each margin.
+beyond it are allowed). Among people only a person's counts, in flights whose drones could
+always give way: `cornered` are those whose status says that no velocity within their limits did. The climb varies the
+worst flight of each margin.
 Ends with status 1 with a breach.
 """
 
@@ -14,6 +15,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections import Counter
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
@@ -50,13 +52,20 @@ Table = dict[str, Any]
 class Result:
     """The least margins of one flight, m, by what they are kept from, and whether no way was left from a person."""
 
+    among_people: bool
     margins: dict[str, float] = field(default_factory=dict)
     cornered: bool = False
 
     @property
+    def given_up(self) -> dict[str, float]:
+        """The margins below zero."""
+        return {what: margin for what, margin in self.margins.items() if margin < 0.0}
+
+    @property
     def breached(self) -> dict[str, float]:
-        """The margins below zero that count."""
-        return {what: m for what, m in self.margins.items() if m < 0.0 and not (what == "person" and self.cornered)}
+        """Those that count: people come first, then what they leave."""
+        counts = ("drone", "obstacle", "fence") if not self.among_people else () if self.cornered else ("person",)
+        return {what: margin for what, margin in self.given_up.items() if what in counts}
 
 
 def drawn(point: Sequence[float], people: bool) -> tuple[Table, list[Table]]:
@@ -129,7 +138,7 @@ class Watch:
     """Measures the margins of a flight from the true positions, while the formation is ordered."""
 
     def __init__(self, swarm: Swarm, persons: Sequence[Table]) -> None:
-        self.result, self.ordered = Result(), False
+        self.result, self.ordered = Result(bool(persons)), False
         self.stop: Callable[[], None] = lambda: None
         self._swarm, self._persons, self._began = swarm, persons, 0
         self._places: dict[str, Vector] = {}
@@ -211,12 +220,14 @@ def main() -> int:
     sys.path.insert(0, str(Path(__file__).parent))
     points = [point_of(options.first + k) for k in range(options.flights)]
     least: dict[str, tuple[float, Sequence[float]]] = {}
+    given_up: Counter[str] = Counter()
     breaches = cornered = 0
 
     def judge(name: str, point: Sequence[float], result: Result) -> bool:
         """Count a flight; returns whether it is worse in anything."""
         nonlocal breaches, cornered
         cornered += result.cornered
+        given_up.update(result.given_up)
         if result.breached or not result.margins:
             breaches += 1
             print(f"{name}: {result.breached}", flush=True)
@@ -237,6 +248,7 @@ def main() -> int:
             judge(f"climb {k} {point}", point, fly(point, options.people))
     margins = ", ".join(f"{what} {margin:+.3f}" for what, (margin, _) in sorted(least.items()))
     flown = options.flights + options.climb
+    print("flights below what is promised:", dict(given_up))
     print(f"{flown} flights, {breaches} breached, {cornered} cornered; least margins, m: {margins}")
     return int(breaches > 0)
 
