@@ -24,7 +24,11 @@ SIZES = (5, 20, 50, 100, 200)
 
 
 def tree(drones: int) -> Swarm:
-    """Return a swarm of `drones` on a grid of 2 m cells; the graph is a tree with three edges from each."""
+    """Return a swarm of `drones` on a grid of 2 m cells; the graph is a tree with three edges from each.
+
+    The starts are a mirror image of the places, so that all ways cross: of 100 drones the last one flies 37 m at
+    limits.speed and is at its place 15 s after the start order. A shorter flight ends before.
+    """
     columns = ceil(sqrt(drones))
     reach = 2.0 * columns + 20.0
     table: dict[str, object] = {
