@@ -26,7 +26,7 @@ ALL_REAL = {
         for i in range(5)
     ],
 }
-TWO_HOSTS = {"hosts": {"ground": {}, "air": {"address": "10.0.0.2"}}, "drones.2.host": "air"}
+TWO_HOSTS = {"hosts": {"ground": {"address": "10.0.0.1"}, "air": {"address": "10.0.0.2"}}, "drones.2.host": "air"}
 
 
 def read(plan, *tables):
