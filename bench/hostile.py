@@ -84,10 +84,14 @@ def drawn(point: Sequence[float], people: bool) -> tuple[Table, list[Table]]:
         if min((hypot(x - a, y - b) - q - r for a, b, q in places), default=9.0) > 0.0:
             places.append((x, y, r))
             obstacles.append({"center": [x, y, 0.0], "radius": r})
+    fence: Table = {"min": [-half, -half, -0.5], "max": [half, half, 2.5]}
+    slant = 0.2 if chance.random() < 0.2 else 0.0  # of one side
+    if slant:
+        fence["polygon"] = [[-half, -half], [half, -half], [half, half], [-half, half - 2.0 * slant * half]]
     starts = list[tuple[float, float]]()
     for _ in range(400):
         x, y = chance.uniform(0.5 - half, half - 0.5), chance.uniform(0.5 - half, half - 0.5)
-        clear = all(hypot(x - a, y - b) > r + 0.5 for a, b, r in places)
+        clear = y < half - slant * (half - x) - 0.45 and all(hypot(x - a, y - b) > r + 0.5 for a, b, r in places)
         if clear and all(dist((x, y), other) > 0.7 for other in starts):
             starts.append((x, y))
             if len(starts) > count:
@@ -96,9 +100,6 @@ def drawn(point: Sequence[float], people: bool) -> tuple[Table, list[Table]]:
     for x, y in starts[1:]:
         aim = chance.choice((centre[:2], (half * chance.choice((-1.0, 1.0)), half * chance.choice((-1.0, 1.0)))))
         ways.append([aim[0] - x, aim[1] - y, chance.choice((0.0, 0.0, -high, high)) * half])
-    fence = {"min": [-half, -half, -0.5], "max": [half, half, 2.5]}
-    if chance.random() < 0.2:
-        fence["polygon"] = [[-half, -half], [half, -half], [half, half], [-half, 0.6 * half]]
     table: Table = {
         "name": "hostile",
         "formation": {"kind": "circle", "radius": 1.0},
@@ -227,7 +228,7 @@ def main() -> int:
         """Count a flight; returns whether it is worse in anything."""
         nonlocal breaches, cornered
         cornered += result.cornered
-        given_up.update(result.given_up)
+        given_up.update(result.given_up.keys())
         if result.breached or not result.margins:
             breaches += 1
             print(f"{name}: {result.breached}", flush=True)
