@@ -37,6 +37,7 @@ _MESSAGE: Final = int(Opcode.MESSAGE)
 _HEAD: Final = 22  # bytes of a message record before its data
 _HALF: Final = 1 << 31  # of unsigned numbers of 32 bits: from there on they are written as negative ones
 _HALF_SHORT: Final = 1 << 15
+CHUNK_SPAN: Final = 250_000_000  # ns of log time after which a flush ends a chunk
 _BLOCK = 1 << 16  # bytes of the spool that are copied at a time
 _INDEX = Struct("<BQHI")  # opcode, length, channel, bytes of entries
 _ENTRY: Final = 16  # bytes of one
@@ -108,8 +109,16 @@ class ChunkedWriter:
             self._end_chunk()
 
     def flush(self) -> None:
-        """End the chunk and pass all data to the operating system."""
-        self._end_chunk()
+        """Pass all data to the operating system.
+
+        A chunk that is shorter than CHUNK_SPAN is written, and written again with more in it by the next call.
+        """
+        if self._last - self._first >= CHUNK_SPAN:
+            self._end_chunk()
+        elif self._index:
+            begin = self._stream.tell()
+            self._stream.write(self._chunk(begin)[0])
+            self._stream.seek(begin)
         self._stream.flush()
 
     def finish(self) -> None:
@@ -127,6 +136,7 @@ class ChunkedWriter:
         crc = zlib.crc32(pack("<BQQQ", Opcode.FOOTER, 20, start, at), zlib.crc32(offsets, crc))
         footer = _bytes(Footer(summary_start=start, summary_offset_start=at, summary_crc=crc))
         self._stream.write(bytes(offsets) + footer + MCAP0_MAGIC)
+        self._stream.truncate()
 
     def _summary(self) -> list[tuple[Opcode, Iterable[bytes]]]:
         """Return the groups of the summary, each as blocks of whole records (of the chunks: of bytes)."""
@@ -153,6 +163,18 @@ class ChunkedWriter:
     def _end_chunk(self) -> None:
         if not self._index:
             return
+        written, chunk = self._chunk(self._stream.tell())
+        self._stream.write(written)
+        self._spool.write(_bytes(chunk))
+        for channel, entries in self._index.items():
+            self._counts[channel] = self._counts.get(channel, 0) + len(entries) // _ENTRY
+        self._chunks += 1
+        first, last = self._first, self._last
+        self._begin, self._end = min(self._begin or first, first), max(self._end, last)
+        self._data, self._index, self._first, self._last = BytesWriter(), {}, 0, 0
+
+    def _chunk(self, begin: int) -> tuple[bytes, ChunkIndex]:
+        """Return the chunk so far with the indexes of its messages, as bytes at `begin` of the file, and its index."""
         data, first, last = self._data.getvalue(), self._first, self._last
         compressed = self._compressor.compress(data)
         record = _bytes(
@@ -161,23 +183,17 @@ class ChunkedWriter:
                 uncompressed_crc=zlib.crc32(data), uncompressed_size=len(data),
             )
         )  # fmt: skip
-        begin = self._stream.tell()
         indexes, offsets = bytearray(), {}
         for channel, entries in self._index.items():
             offsets[channel] = begin + len(record) + len(indexes)
             size = len(entries)
             indexes += _INDEX.pack(Opcode.MESSAGE_INDEX, 6 + size, channel, size) + entries.getvalue()
-            self._counts[channel] = self._counts.get(channel, 0) + size // _ENTRY
-        self._stream.write(record + indexes)
         chunk = ChunkIndex(
             message_start_time=first, message_end_time=last, chunk_start_offset=begin, chunk_length=len(record),
             message_index_offsets=offsets, message_index_length=len(indexes), compression="zstd",
             compressed_size=len(compressed), uncompressed_size=len(data),
         )  # fmt: skip
-        self._spool.write(_bytes(chunk))
-        self._chunks += 1
-        self._begin, self._end = min(self._begin or first, first), max(self._end, last)
-        self._data, self._index, self._first, self._last = BytesWriter(), {}, 0, 0
+        return record + indexes, chunk
 
 
 def _bytes(record: McapRecord) -> bytes:

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import logging
-from bisect import bisect_right
 from collections import Counter
-from operator import itemgetter
 
 from flockwire import clock
-from flockwire.domain.time import SECOND
 from flockwire.process.stepping import StepCounts
 from flockwire.runtime.ending import Ending, finished, last_resort
 from flockwire.runtime.job import Job, connected
@@ -17,7 +14,7 @@ from flockwire.runtime.session import Session
 from flockwire.runtime.shell import status_publisher
 from flockwire.runtime.swarm_clock import SwarmClock
 from flockwire.runtime.ticker import Ticker
-from flockwire.runtime.topics import Sample, in_order, recorded_topic
+from flockwire.runtime.topics import in_order, recorded_topic
 from flockwire.wire.keys import ROWS
 from flockwire.wire.phase import Phase
 from flockwire.wire.plan import Plan
@@ -29,8 +26,7 @@ from flockwire_recorder.full import TraceFullError
 from flockwire_recorder.parts import next_part
 from flockwire_recorder.trace import TraceWriter, describe, logged_at, published_at
 
-FLUSH_EVERY = 12  # ticks: with what is held back, about 0.4 s is lost with the process
-HELD = SECOND // 8  # ns that a message is held back, so that those of batches are written in the order of their times
+FLUSH_EVERY = 2  # ticks: with what is in batches, at most 0.2 s is lost with the process
 
 
 class Recorder:
@@ -43,7 +39,6 @@ class Recorder:
         self._counts = StepCounts()
         self._rejected: Counter[str] = Counter()
         self.full: TraceFullError | None = None
-        self._held: list[tuple[int, int, Sample]] = []  # log time, time of publication, Unix ns
         self._topics = [recorded_topic(plan, key, session) for key in plan.subscribes[identity]]
         self._ros_types = {f"/{plan.text(key)}": ROS_TYPES[ROWS[key.kind].message] for key in plan.keys}
 
@@ -53,9 +48,8 @@ class Recorder:
         self._clock.step()
         now = clock.now()
         try:
-            self._receive(now)
+            self.drain(now)
             if self._counts.steps % FLUSH_EVERY == 0:
-                self._write(now - HELD)
                 self._trace.flush()
         except TraceFullError as error:
             self.full = error
@@ -65,22 +59,11 @@ class Recorder:
             self._status.update(now, self._report(), self._counts, (*self._rejected.items(), *dropped))
 
     def drain(self, now: int) -> None:
-        """Write all messages received so far, in the order of sending. Raises TraceFullError once."""
-        self._receive(now)
-        self._write(now)
-
-    def _receive(self, now: int) -> None:
-        for sample in in_order(self._topics, now, self._rejected):
-            published = published_at(sample[0], now)
-            self._held.append((logged_at(published, now), published, sample))
-
-    def _write(self, until: int) -> None:
-        """Write what was held back, up to the log time `until`, Unix ns."""
-        self._held.sort(key=itemgetter(0))
-        ready = bisect_right(self._held, until, key=itemgetter(0))
-        for logged, published, (_, topic, publisher, sequence, payload) in self._held[:ready]:
+        """Write all buffered messages in the order of sending. Raises TraceFullError once."""
+        for sent, topic, publisher, sequence, payload in in_order(self._topics, now, self._rejected):
+            published = published_at(sent, now)
+            logged = logged_at(published, now)
             self._trace.write(topic, self._ros_types[topic], publisher, sequence, logged, published, payload)
-        del self._held[:ready]
 
     def close(self) -> None:
         """Write the remaining messages and close the trace. Raises TraceFullError if the disk is or was full."""
