@@ -158,7 +158,7 @@ class Watch:
 
 def swarm_of(chance: Random, airframe: str, honest: bool) -> tuple[Swarm, list[dict[str, Any]]]:
     """Return a drawn swarm of five, and the faults of its airframes and weather."""
-    speed = chance.choice([1.0, 1.5, 3.0]) if airframe == "tello" else chance.choice([1.5, 3.0])
+    speed = chance.choice([0.7, 1.0]) if airframe == "tello" else chance.choice([1.5, 3.0])  # 1 m/s is full stick
     latency = round(chance.choice([0.0, 0.01, chance.uniform(0.0, 0.1)]), 3) if honest else 0.01
     lag, dead = chance.choice([(0.05, 0.0), (0.2, 0.05), (0.3, 0.1)])
     wind = chance.uniform(0.0, 1.5) if honest else 0.0
@@ -220,7 +220,7 @@ def fly_honest(seed: int) -> bool:
     watch = Watch(swarm, 0.0)
     outcome = World(swarm, seed, DURATION, parse_faults({"faults": faults}, Plan(swarm), "bench"), watch.take).run()
     well = not watch.apart
-    if not well or watch.refused:
+    if not well or watch.refused or seed % 100 == 99:
         print(
             f"honest {seed:4} {airframe:10} {watch.apart or ''} refused {watch.refused} {outcome.failure}", flush=True
         )
