@@ -73,7 +73,9 @@ class Guard:
         self._own: VelocityTracker | None = None  # as late as the others are: both of two see the same velocities
         self._epoch = 0  # Unix ns, time 0 of the tracks
         self._asking: list[Body] = []  # the bodies that constrain the velocity, one for each half-space
-        self._share = parameters.room.braking_share
+        self._at_once = (
+            parameters.acceleration * parameters.room.braking_share
+        )  # m/s^2, by each of several fixed things
         self.is_cornered = False  # no velocity within the limits satisfies what a mover asks
         self.cornered = 0  # how often it came to that
         self._active = 0  # the constraints that held the last velocity, a bit each
@@ -106,8 +108,7 @@ class Guard:
         room, braking = own.room, own.acceleration
         floor = room.low[2] if grounding else own.floor
         recovery = own.vertical_speed if grounding else inf  # a landing must not fly back at full speed, but descend
-        at_once = braking * self._share
-        spaces += room.half_spaces(motion.position, motion.stopping, floor, self._rate, at_once, speed, recovery)
+        spaces += room.half_spaces(motion.position, motion.stopping, floor, self._rate, self._at_once, speed, recovery)
         lowest = min(-own.vertical_speed - TOUCHING, last[2] + braking * dt) if grounding else -inf
         if grounding:  # the ground may be nearer than the pose has it
             spaces.append((0.0, 0.0, 1.0, lowest))
@@ -235,12 +236,13 @@ class Guard:
             drone = body.kind is BodyKind.DRONE
             vz = vz if drone or z else 0.0  # beside an upright cylinder no height matters, nor its rate
             distance = drone_distance if drone else obstacle_distance + body.radius
-            recovery = parameters.vertical_speed if body.kind is BodyKind.OBSTACLE else inf
+            fixed = body.kind is BodyKind.OBSTACLE
+            recovery, braking = (parameters.vertical_speed, self._at_once) if fixed else (inf, parameters.acceleration)
             for sx, sy, sz in ways if drone else alone:
                 rise = sz if drone or z else 0.0
                 space = keep_clear(
                     (-x, -y, -z), (sx - x - horizon * vx, sy - y - horizon * vy, rise - z - horizon * vz), velocity,
-                    (vx, vy, vz), drone, distance, rate, parameters.acceleration, speed, recovery,
+                    (vx, vy, vz), drone, distance, rate, braking, speed, recovery,
                 )  # fmt: skip
                 if space is not None:
                     found.append(space)
