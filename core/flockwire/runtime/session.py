@@ -46,6 +46,7 @@ _PRIORITIES = {
 
 LATEST = (1 << 31) * SECOND  # ns: messages carry seconds in 32 bits
 BAD_CLOCK = "this machine's clock says {utc:%Y-%m-%d}, and messages carry times from 1970 to 2038-01-19; set the clock"
+NOT_UTF_8 = "{folder}: the name of this keys folder is not UTF-8, which Zenoh reads; name another one with --keys"
 UNKNOWN = "unknown"  # the identity at the other end of a link without security
 
 
@@ -215,6 +216,10 @@ class Session(contextlib.AbstractContextManager["Session"]):
 
 def _credentials(plan: Plan, folder: Path, identity: str, verified: bool) -> Credentials:
     files = files_of(folder, identity)
+    try:
+        str(folder).encode()
+    except UnicodeEncodeError:
+        raise CredentialsError(NOT_UTF_8.format(folder=ascii(str(folder)))) from None
     if not verified and all(os.access(path, os.R_OK) for path in (files.authority, files.certificate, files.key)):
         return files
     from flockwire.security.credentials import load_credentials  # noqa: PLC0415  (takes 0.1 s)

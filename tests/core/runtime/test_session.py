@@ -1,6 +1,7 @@
 """The Zenoh configuration of every process, as Zenoh itself reads it."""
 
 import json
+import os
 from itertools import chain, product
 from pathlib import Path
 
@@ -172,3 +173,8 @@ def test_a_clock_that_no_message_can_carry_is_refused_with_the_reason(make_plan,
     monkeypatch.setattr(clock, "now", lambda: seconds * SECOND)
     with pytest.raises(CredentialsError, match=r"this machine's clock says .*; set the clock"):
         Session(make_plan(), "uav1", keys)
+
+
+def test_a_folder_of_keys_whose_name_is_not_utf_8_is_refused_in_one_line(make_plan, tmp_path):
+    with pytest.raises(CredentialsError, match=r"not UTF-8, which Zenoh reads; name another one with --keys"):
+        Session(make_plan(), "uav1", tmp_path / os.fsdecode(b"Versuch\xe4"))
