@@ -51,7 +51,7 @@ class WholeRecords:
         self.path = path
 
     def __iter__(self) -> Iterator[McapRecord]:
-        if self.path.exists() and not self.path.is_file():  # a pipe would be waited for
+        if self.path.is_fifo():  # it would be waited for
             raise ValueError(f"{self.path}: is not an MCAP file")
         with self.path.open("rb") as stream:
             if stream.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:

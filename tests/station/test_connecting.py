@@ -3,7 +3,6 @@
 import asyncio
 import os
 import signal
-import sys
 import time
 from functools import partial
 
@@ -123,7 +122,7 @@ def test_a_table_that_is_shown_once_does_not_wait_for_long(router, plan, tmp_pat
 
 def test_a_live_table_waits_until_it_is_interrupted(router, plan, tmp_path, monkeypatch):
     monkeypatch.setattr(watching, "LOOK_TIME", 0.1)
-    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    monkeypatch.setattr(watching, "foreground", lambda stream: True)
     began = time.monotonic()
 
     async def interrupt():

@@ -64,7 +64,7 @@ def test_every_kind_is_read(make_plan: Callable[..., Plan]) -> None:
         ),
         (
             {"at": 1.0, "kind": "cut", "from": "uav2", "to": "uav1", "duration": 1.0},
-            "faults.0.to = 'uav1': receives nothing from uav2; must be one of kinematics, uav3",
+            "faults.0.to = 'uav1': receives nothing from uav2; must be one of gateway, kinematics, uav3",
         ),
         ({"at": 1.0, "kind": "link", "from": "uav1", "to": "uav2", "duration": 1.0, "loss": 2.0}, "loss = 2.0"),
         ({"at": 1.0, "kind": "partition", "processes": ["x"], "duration": 1.0}, "processes.0 = 'x'"),

@@ -172,7 +172,7 @@ def test_a_dask_cluster_finds_the_same(files: tuple[Path, Path], tmp_path: Path)
         ("[starts]\nbox = [0.5, 0.5]", "starts.box = [0.5, 0.5]: no room"),
         ('[grid]\n"control.lwa" = ["paper"]', "control.lwa = 'paper': unknown key"),
         ('[grid]\n"drones.9.start" = [[0.0, 0.0, 0.0]]', "drones.9.start = [0.0, 0.0, 0.0]: the swarm file has no"),
-        ("[random]\ngateway.noise = { uniform = [-0.1, 0.1] }", "gateway.noise = -0.1: must be a number of 0 or more"),
+        ("[random]\ngateway.noise = { uniform = [-0.1, 0.1] }", "gateway.noise = -0.1: must be a number from 0 to 0.5"),
         ("[random]\ngateway.noise = { uniform = [0.2, 0.1] }", "the range must be ascending, 0.2 is above 0.1"),
         ("[random]\ngateway.noise = { log_uniform = [0.0, 0.1] }", "random.gateway.noise.log_uniform.0 = 0.0"),
         ("[graph]\nextra_edges = 9", "graph.extra_edges = 9: at most"),
