@@ -9,6 +9,7 @@ from flockwire.parameters import (
     tracked_parameters,
     virtual_parameters,
 )
+from flockwire.swarm.laws import BUILT_IN
 
 RATE = {"control.rate_hz": 50}
 AIRFRAME = {"airframes.kinematics": {"lag": 0.25, "dead_time": 0.1}}
@@ -19,7 +20,7 @@ def test_an_agent_flies_in_its_rank_by_what_its_neighbours_say(make_swarm):
     parameters = agent_parameters(swarm, 3)
     assert (parameters.pilot.number, parameters.pilot.period, parameters.rank) == (3, 0.02, 2)
     assert parameters.neighbours == {1: 0.5, 2: 1.0}
-    assert parameters.law == swarm.control.law
+    assert parameters.law == BUILT_IN[swarm.control.law]
     assert parameters.settings.number == 3
     assert set(parameters.formations) == set(swarm.formation_names)
     assert parameters.leader_kind == "trajectory"

@@ -113,12 +113,13 @@ class Timed(Frozen):
     """The path of the first rank of `frames`, at its times."""
 
     frames: KeyFrames
-    fastest: float = field(init=False)  # m/s, the highest |u_0|
 
-    def __post_init__(self) -> None:
+    @property
+    def fastest(self) -> float:
+        """The highest |u_0|, m/s."""
         spans = pairwise(self.frames.times[0])
         looks = [begin + k * (end - begin) / LOOKS for begin, end in spans for k in range(1, LOOKS)]
-        object.__setattr__(self, "fastest", max([norm(self.rate(t)) for t in looks], default=0.0))
+        return max([norm(self.rate(t)) for t in looks], default=0.0)
 
     def position(self, t: float) -> Vector:
         """Return the displacement from the start, m, world frame, at mission time t, s."""
