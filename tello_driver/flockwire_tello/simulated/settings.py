@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from flockwire_tello.simulated.commanded import ERROR, OK, CommandedTello, Handler, Reply, whole
 
 REBOOT = "OK,drone will reboot in 3s\0"  # public logs, NUL included
@@ -13,24 +15,14 @@ def speed(drone: CommandedTello, texts: list[str], now: int) -> Reply:
     return OK
 
 
-def pads(on: bool) -> Handler:
-    """Return the handler that starts or stops the search for mission pads."""
+def switch(what: Literal["pads", "streaming"], on: bool) -> Handler:
+    """Return the handler that starts or stops the search for mission pads, or the video."""
 
-    def switch(drone: CommandedTello, texts: list[str], now: int) -> Reply:
-        drone.pads = on
+    def handle(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+        setattr(drone, what, on)
         return OK
 
-    return switch
-
-
-def stream(on: bool) -> Handler:
-    """Return the handler that starts or stops the video."""
-
-    def switch(drone: CommandedTello, texts: list[str], now: int) -> Reply:
-        drone.streaming = on
-        return OK
-
-    return switch
+    return handle
 
 
 def checked(*ranges: tuple[int, int]) -> Handler:
