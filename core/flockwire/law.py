@@ -7,7 +7,7 @@ flies any class of this form. Positions are m, velocities m/s, world frame (ENU)
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from math import inf
 from typing import Any, Final, NamedTuple, Protocol
 
@@ -185,7 +185,7 @@ def _malformed(decision: Decision) -> ValueError:
 
 def paper_law(
     settings: LawSettings,
-    observe: Callable[[Vector, Sequence[tuple[float, Vector]], ObserverParameters, float], Vector],
+    observe: Callable[[Vector, Sequence[tuple[float, Vector]], ObserverParameters, float], Iterable[float]],
 ) -> Law:
     """Return the paper's law with another observer.
 

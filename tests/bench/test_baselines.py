@@ -39,6 +39,7 @@ def observed(now, motion, estimates, bodies=(), reference=None):
     return Observation(STEP, now, motion, estimates, bodies, reference)
 
 
+@pytest.mark.sources  # its places are no formation that compiled code knows
 def test_the_linear_law_lags_by_the_leaders_speed_over_the_gain_at_each_hop(make_swarm):
     swarm, speed = make_swarm(), 0.3
     laws = [LinearConsensus(law_settings(swarm, number)) for number in (1, 2, 3, 4)]
@@ -111,6 +112,7 @@ def swap(count, radius=1.5):
     return nearest, off, swarm.avoidance.drone_safety_distance
 
 
+@pytest.mark.sources
 def test_reciprocal_drones_change_places_without_coming_too_near():
     nearest, off, kept = swap(2)
     assert nearest > kept

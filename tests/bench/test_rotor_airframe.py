@@ -33,6 +33,7 @@ def rotor_airframe(monkeypatch):
     del sys.modules["rotor_airframe"]
 
 
+@pytest.mark.sources  # it inherits from a compiled class
 def test_it_takes_off_and_stands_after_its_landing(rotor_airframe):
     rotor = rotor_airframe.RotorAirframe(Airframe(), (0.0, 0.0, 0.0), 0, 0.0)
     for second, vertical, state, height in (

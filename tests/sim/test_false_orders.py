@@ -15,6 +15,8 @@ from flockwire.wire.status import Report
 from flockwire_sim.world import EPOCH, World
 from order_pairs import swarm
 
+pytestmark = pytest.mark.sources  # it replaces methods of compiled classes
+
 LIAR = "uav1"
 LARGEST = (1 << 31) - 1  # the largest number of a giver: it wins over every rival
 BEGIN = 9.0  # s, when the lie begins: all fly the formation
