@@ -158,7 +158,7 @@ class Watch:
 
 def swarm_of(chance: Random, airframe: str, honest: bool) -> tuple[Swarm, list[dict[str, Any]]]:
     """Return a drawn swarm of five, and the faults of its airframes and weather."""
-    speed = chance.choice([0.7, 1.0]) if airframe == "tello" else chance.choice([1.5, 3.0])  # 1 m/s is full stick
+    speed = chance.choice([1.0, 1.5, 3.0] if airframe == "tello" else [1.5, 3.0])
     latency = round(chance.choice([0.0, 0.01, chance.uniform(0.0, 0.1)]), 3) if honest else 0.01
     lag, dead = chance.choice([(0.05, 0.0), (0.2, 0.05), (0.3, 0.1)])
     wind = chance.uniform(0.0, 1.5) if honest else 0.0

@@ -40,6 +40,7 @@ class PilotParameters(NamedTuple):
     driver: str  # the processes that drive its airframe, for messages
     lag: float  # s, of its airframe
     dead_time: float  # s, likewise
+    speed: float  # m/s, at most
     limits: Limits
     checks: Checks
     room: Room
@@ -135,6 +136,7 @@ def pilot_parameters(swarm: Swarm, number: int) -> PilotParameters:
         driver=", ".join(Roster(swarm).drivers(number)),
         lag=airframe.lag,
         dead_time=airframe.dead_time,
+        speed=swarm.full_speed(number),
         limits=swarm.limits,
         checks=swarm.checks,
         room=swarm.limits.fence.room(),
@@ -225,7 +227,7 @@ def guard_parameters(swarm: Swarm, number: int) -> GuardParameters:
         separation=avoidance.kept,
         room=limits.fence.room(),
         floor=limits.floor,
-        speed=limits.speed,
+        speed=swarm.full_speed(number),
         vertical_speed=limits.vertical_speed,
         acceleration=limits.acceleration,
         barrier_rate=avoidance.barrier_rate,
@@ -243,7 +245,7 @@ def law_settings(swarm: Swarm, number: int) -> LawSettings:
         period=1.0 / control.rate_hz,
         lag=airframe.lag,
         dead_time=airframe.dead_time,
-        speed=swarm.limits.speed,
+        speed=swarm.full_speed(number),
         acceleration=swarm.limits.acceleration,
         parameters=control.parameters,
         protocol=ProtocolParameters(control.formation_gain, control.compensation_gain, control.compensation_smoothing),

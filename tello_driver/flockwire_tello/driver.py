@@ -219,7 +219,7 @@ class DriverCore:
 def slowest_climb(swarm: Swarm, number: int) -> float:
     """Return the slowest, m/s, that the pilot of drone `number` takes off or lands: every limit on its speed counts."""
     limits = swarm.limits
-    speed = guard_parameters(swarm, number).fastest if swarm.control.filtered else limits.speed
+    speed = guard_parameters(swarm, number).fastest if swarm.control.filtered else swarm.full_speed(number)
     return min(limits.vertical_speed, limits.blind_speed, speed)
 
 

@@ -9,8 +9,8 @@ from flockwire.swarm.airframes import TELLO
 from flockwire.swarm.model import Swarm, uav
 from flockwire.swarm.rules import needs
 
-from flockwire_tello.sticks import FULL
-from flockwire_tello.swarm_file import reached, table_of, tello_addresses, tello_keys
+from flockwire_tello.sticks import full_speed
+from flockwire_tello.swarm_file import reached, table_of, tello_addresses
 
 
 @needs("drones.airframe", "drones.tello", "airframes")
@@ -46,8 +46,7 @@ def warnings(swarm: Swarm) -> Iterator[str]:
     """Yield stick gains that are too small for the formation's speed."""
     needed = swarm.survey().max_speed
     for name in sorted({swarm.drone(number).airframe for number in swarm.of_kind(TELLO)}):
-        gains = tello_keys(swarm.airframes[name]).stick_gains
-        fastest = FULL * min(gains.right, gains.forward)
+        fastest = full_speed(swarm.airframes[name])
         if fastest < needed:
             yield (
                 f"airframes.{name}.stick_gains let it fly {fastest:.2f} m/s at full stick, the formation needs "

@@ -11,11 +11,14 @@ from __future__ import annotations
 
 import re
 from math import cos, isfinite, sin
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from flockwire.domain.vector import Vector
 
-from flockwire_tello.swarm_file import StickGains
+from flockwire_tello.swarm_file import StickGains, tello_keys
+
+if TYPE_CHECKING:
+    from flockwire.swarm.drones import Airframe
 
 FULL = 100  # largest stick value
 
@@ -64,6 +67,12 @@ def stick_values(velocity: Vector, yaw_rate: float, gains: StickGains) -> tuple[
     scale = FULL / max(FULL, *map(abs, wanted))
     right, forward, up = (value * scale for value in wanted)
     return (right, forward, up, max(-FULL, min(FULL, turn)))
+
+
+def full_speed(airframe: Airframe) -> float:
+    """Return the horizontal speed, m/s, that a Tello of `airframe` reaches in every direction at full stick."""
+    gains = tello_keys(airframe).stick_gains
+    return FULL * min(gains.right, gains.forward)
 
 
 def to_velocity(sticks: Sticks, gains: StickGains) -> tuple[Vector, float]:

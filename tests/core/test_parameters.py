@@ -6,6 +6,7 @@ from flockwire.parameters import (
     agent_parameters,
     course_parameters,
     leader_parameters,
+    pilot_parameters,
     tracked_parameters,
     virtual_parameters,
 )
@@ -24,6 +25,19 @@ def test_an_agent_flies_in_its_rank_by_what_its_neighbours_say(make_swarm):
     assert parameters.settings.number == 3
     assert set(parameters.formations) == set(swarm.formation_names)
     assert parameters.leader_kind == "trajectory"
+
+
+@pytest.mark.parametrize(("limit", "forward", "fastest"), [(3.0, 0.01, 1.0), (3.0, 0.008, 0.8), (0.7, 0.01, 0.7)])
+def test_filter_and_law_of_a_tello_know_what_it_flies_at_full_stick(make_swarm, limit, forward, fastest):
+    sticks = {
+        "formation.rate": 0.1,
+        "airframes.tello": {"stick_gains": {"forward": forward}},
+        "drones.1.airframe": "tello",
+    }
+    swarm = make_swarm({**sticks, "limits.speed": limit, "limits.vertical_speed": 0.5, "control.law": "extended"})
+    tello, other = pilot_parameters(swarm, 1), pilot_parameters(swarm, 2)
+    assert (tello.speed, other.speed) == (pytest.approx(fastest), limit)
+    assert tello.guard.speed == agent_parameters(swarm, 1).settings.speed == tello.speed
 
 
 def test_the_course_counts_lag_dead_time_and_three_periods_until_a_pose_shows_a_command(make_swarm):

@@ -12,7 +12,7 @@ def test_whoever_gets_false_poses_lands_inside_the_fence_and_meets_nobody(kind: 
     assert well
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [*range(4), 1063])  # 1063: Tellos in a wind that they cannot fly against
 def test_nobody_who_gets_its_own_poses_is_taken_for_another(seed: int) -> None:
     assert fly_honest(seed)
 

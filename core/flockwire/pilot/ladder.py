@@ -45,15 +45,15 @@ class Inputs(Record):
 class Bounds:
     """The limits that every step reads: the first rungs of the ladder, s and share of full, and speeds, m/s."""
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, limits: Limits, speed: float) -> None:
         stale = limits.staleness
         self.pose: Final[float] = stale.pose_zero
         self.silence: Final[float] = stale.estimates_hold
         self.nearby: Final[float] = stale.nearby_slow
         self.telemetry: Final[float] = stale.telemetry_warn
         self.battery: Final[float] = limits.battery_takeoff
-        self.speed: Final[float] = limits.speed
-        self.blind_speed: Final[float] = min(limits.speed, limits.blind_speed)  # while the nearby bodies are stale
+        self.speed: Final[float] = speed
+        self.blind_speed: Final[float] = min(speed, limits.blind_speed)  # while the nearby bodies are stale
         self.unknown: Final[float] = stale.telemetry_land  # age from which telemetry tells nothing
 
 

@@ -75,7 +75,8 @@ class Pilot:
         number = parameters.number
         self.pose_key = Key("pose", uav(number))
         self.born = self.waits_since = now  # the second: ages of what never arrived count from it
-        self._parameters, self._limits, self._bounds = parameters, parameters.limits, Bounds(parameters.limits)
+        self._parameters, self._limits = parameters, parameters.limits
+        self._bounds = Bounds(parameters.limits, parameters.speed)
         self._sensing, self._ground = parameters.sensing, parameters.ground
         self._command_zero = parameters.limits.staleness.command_zero
         self.flight = FlightPhases(now)

@@ -14,7 +14,6 @@ from flockwire.pilot.phases import IN_FLIGHT
 from flockwire.pilot.tracked_body import obeys
 from flockwire.wire.phase import Phase
 
-JUMP: Final = 2.0  # times limits.speed: faster is no motion
 LOW: Final = 0.3  # m above the ground, below which it may hold a drone that lands
 LEARNED: Final = {Phase.TAKEOFF: LEVEL, Phase.HOLD: WHOLE, Phase.FORMATION: WHOLE, Phase.LANDING: WHOLE}
 
@@ -24,7 +23,7 @@ def make_airframe(parameters: PilotParameters) -> AirframeState | DisturbedAirfr
     lag, dead_time, most = parameters.lag, parameters.dead_time, parameters.disturbance
     if parameters.guard is None or not most:
         return AirframeState(lag, dead_time)
-    return DisturbedAirframe(lag, dead_time, most, JUMP * parameters.limits.speed)
+    return DisturbedAirframe(lag, dead_time, most, parameters.speed)
 
 
 def trim(airframe: AirframeState | DisturbedAirframe, phase: Phase, vertical_speed: float, blind: bool) -> None:

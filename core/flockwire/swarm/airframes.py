@@ -32,6 +32,7 @@ class AirframeRow:
     drone_keys: str = ""  # model of its keys in [[drones]]: one table, named like its kind
     airframe_keys: str = ""  # model of its keys in [airframes.NAME]
     built_in: Mapping[str, float] = field(default_factory=dict)  # keys of the built-in airframe
+    fastest: str = ""  # its highest horizontal speed, m/s, from an Airframe; empty: limits.speed
     rules: str = ""  # rules of the swarm file (swarm/rules.py)
     warnings: str = ""  # yields warnings of `flockwire check` for a Swarm
     live_checks: tuple[str, ...] = ()  # codes of its driver's reasons (wire/status.py) with a line in `check --live`
@@ -57,6 +58,7 @@ TELLO = AirframeRow(
     drone_keys="flockwire_tello.swarm_file:TelloInDrones",
     airframe_keys="flockwire_tello.swarm_file:TelloInAirframes",
     built_in={"lag": 0.25, "dead_time": 0.1},  # s, assumed, not measured
+    fastest="flockwire_tello.sticks:full_speed",
     rules="flockwire_tello.rules:RULES",
     warnings="flockwire_tello.rules:warnings",
     live_checks=("link", "firmware", "serial", "IMU"),

@@ -17,6 +17,7 @@ from flockwire.control import formation as shapes
 from flockwire.control.graph import LEADER, Graph
 from flockwire.control.key_frames import KeyFrames
 from flockwire.control.survey import Survey, survey
+from flockwire.objects import load_object
 from flockwire.swarm.airframes import AIRFRAMES, ROWS, AirframeRow
 from flockwire.swarm.drones import BUILT_IN_AIRFRAMES, Airframe, Drone, Wind
 from flockwire.swarm.formations import FormationTable
@@ -186,6 +187,11 @@ class Swarm(Model):
     def row(self, number: int) -> AirframeRow:
         """Return the row of the airframe table of drone `number`."""
         return self.airframe_row(self.drone(number).airframe)
+
+    def full_speed(self, number: int) -> float:
+        """Return the highest speed of drone `number`, m/s: limits.speed, or that of its airframe if it is less."""
+        fastest = self.row(number).fastest
+        return min(self.limits.speed, load_object(fastest)(self.airframe(number))) if fastest else self.limits.speed
 
     def real_address(self, number: int) -> str | None:
         """Return the address of drone `number` from its kind's table in [[drones]]; None for a simulated one."""

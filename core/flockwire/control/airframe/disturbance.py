@@ -31,13 +31,14 @@ from flockwire.domain.vector import ZERO, Vector, add, limit, norm, scale, subtr
 UNCERTAIN, CERTAIN = 0.5, 0.22  # s, T while the gain is not known, and when it is (docs/theory.md)
 GAIN_TIME_CONSTANT = 1.0  # s, T_g
 VELOCITY_TIME_CONSTANT = 0.07  # s, of the airframe's velocity: a slower one costs the loop its margin
+JUMP = 2.0  # times the highest speed: faster is no motion
 WHOLE, LEVEL, VERTICAL = (1.0, 1.0, 1.0), (1.0, 1.0, 0.0), (0.0, 0.0, 1.0)  # axes of an estimate
 
 
 class DisturbedAirframe:
     """As AirframeState, with the estimates of the disturbance, at most `most` > 0 m/s, at first none, and of the gain.
 
-    A position that jumps faster than `fastest`, m/s, changes no estimate.
+    It flies no command above `fastest`, m/s. A position that jumps faster than twice as much changes no estimate.
     """
 
     def __init__(self, lag: float, dead_time: float, most: float, fastest: float) -> None:
@@ -69,6 +70,9 @@ class DisturbedAirframe:
         """Return the command that makes the airframe fly `velocity`, m/s, from `now` (s) on, and record it."""
         through, gain = subtract(velocity, self.disturbance), self.gain
         given = (through[0] / gain, through[1] / gain, through[2])
+        if norm(given) > self._fastest:
+            given = limit(given, self._fastest)
+            through = (given[0] * gain, given[1] * gain, given[2])
         self.last_command = velocity
         self._state.command(through, now)
         self._gain.command(given, velocity, now)
@@ -111,7 +115,7 @@ class DisturbedAirframe:
             self._slope = ZERO
             return
         x, y, z = change = subtract(rest, last)
-        if x * x + y * y + z * z > (self._fastest * dt) ** 2:
+        if x * x + y * y + z * z > (JUMP * self._fastest * dt) ** 2:
             self._gain.restart()
             return
         moved, slope = _by_axis(change, learns), _by_axis(self._slope, learns)

@@ -6,7 +6,7 @@ from flockwire.control.airframe.disturbance import LEVEL, VERTICAL, WHOLE, Distu
 from flockwire.control.airframe.first_order_lag import lagged_motion
 from flockwire.control.airframe.gain import SETTLED, AirframeGain
 from flockwire.control.airframe.state import AirframeState
-from flockwire.domain.vector import ZERO, add, scale, subtract
+from flockwire.domain.vector import ZERO, add, norm, scale, subtract
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -107,6 +107,18 @@ def test_it_compensates_no_more_than_it_may():
     assert state.command(ZERO, 9.0) == pytest.approx((-0.5, 0.0, 0.0))
     assert state.last_command == ZERO
     assert state.speed(0.2) == 0.0
+
+
+def test_in_a_wind_that_it_cannot_fly_against_it_is_known_what_it_flies():
+    """Full speed is 1 m/s, and its gain 0.86: it drifts, as its model says."""
+    state = DisturbedAirframe(0.25, 0.1, most=1.5, fastest=1.0)
+    seen = [
+        (t, motion.stopping[0] - state.travelled(t)[0])
+        for t, _, motion in flown(state, lambda _: (1.4, 0.0, 0.0), lambda _: ZERO, 0.25, 10, 0.86)
+    ]
+    assert norm(state.command(ZERO, 9.0)) == pytest.approx(1.0)
+    (t0, before), (t1, after) = seen[-100], seen[-1]
+    assert (after - before) / (t1 - t0) == pytest.approx(1.4 + 1.0 - 0.86, abs=0.01)  # the wind, and the wrong gain
 
 
 def test_it_learns_only_when_it_may_and_only_along_the_given_axes():
