@@ -191,5 +191,6 @@ def _replaced(stream: TextIO, original: TextIO | None) -> tuple[TextIO, Unblocke
         return stream, None
     outlet = UnblockedStream(stream.fileno())
     buffer = io.BufferedWriter(outlet)
-    wrapped = io.TextIOWrapper(buffer, stream.encoding, stream.errors, line_buffering=stream.line_buffering)
+    at_once = stream.line_buffering or stream.write_through  # the latter with PYTHONUNBUFFERED
+    wrapped = io.TextIOWrapper(buffer, stream.encoding, stream.errors, line_buffering=at_once)
     return wrapped, outlet

@@ -114,6 +114,18 @@ def test_the_end_of_a_process_does_not_wait_for_a_paused_reader():
     os.close(read_end)  # the thread ends
 
 
+@pytest.mark.parametrize(("unbuffered", "written"), [("1", ("out\n", "err\n")), ("", ("", "err\n"))])
+def test_a_line_is_written_when_python_would_write_it(unbuffered, written):
+    script = (
+        "import os, sys\nfrom flockwire.runtime.standard_streams import tolerant\n"
+        "with tolerant():\n    print('out')\n    print('err', file=sys.stderr)\n    os._exit(0)"
+    )
+    environment = os.environ | {"PYTHONUNBUFFERED": unbuffered}
+    line = [sys.executable, "-c", script]
+    done = subprocess.run(line, capture_output=True, text=True, timeout=60, check=True, env=environment)
+    assert (done.stdout, done.stderr) == written
+
+
 def test_a_table_that_cannot_be_drawn_is_reported_and_what_follows_is_written(capsys):
     read_end, write_end = os.pipe()
     with unblocked():
