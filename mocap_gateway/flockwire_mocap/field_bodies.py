@@ -54,6 +54,7 @@ SAME: Final = 0.05  # m: two names so near are on one body
 MOST_MOVERS: Final = 500  # other bodies that are kept; beyond that unseen ones are dropped
 TIME_CONSTANT = 0.05  # s, of the velocity trackers
 MOVERS: Final = -1001  # number of the first; numbers above it are of lost drones
+STRAYS: Final = MOVERS - MOST_MOVERS  # numbers below it are of bodies that have a drone's name
 
 
 class Stray(NamedTuple):
@@ -68,6 +69,10 @@ CARRIED = Stray(LEADER)  # the body of a person who carries the leader
 
 def _lost(drone: int) -> int:
     return -1 - drone
+
+
+def _stray(drone: int) -> int:
+    return STRAYS - 1 - drone
 
 
 class Cylinder(NamedTuple):
@@ -180,7 +185,8 @@ class FieldBodies:
         for k, (called, mover) in enumerate(movers.items()):
             if isinstance(called, Stray) and self._is_drone(mover.position):
                 continue
-            self._others[MOVERS - k] = mover if mover.stamp >= seen_from else self._lost_mover(called, mover, now)
+            number = _stray(called.drone) if isinstance(called, Stray) else MOVERS - k
+            self._others[number] = mover if mover.stamp >= seen_from else self._lost_mover(called, mover, now)
         self._vicinity = None
         if len(self._here) + len(self._others) > FEW:
             widest = max((other.radius for other in self._others.values()), default=0.0)
@@ -205,8 +211,8 @@ class FieldBodies:
                 if SAME * SAME < dx * dx + dy * dy + dz * dz < reach * reach:
                     bodies.append(Body(DRONE, (dx, dy, dz), 0.0))
         if others:
-            own = _lost(drone)
-            bodies += [body for key, one in others.items() if key != own and (body := one.near(position, reach))]
+            own = (_lost(drone), _stray(drone))
+            bodies += [body for key, one in others.items() if key not in own and (body := one.near(position, reach))]
         for obstacle in self._obstacles:
             relative = to_axis(position, obstacle.center, obstacle.height)
             dx, dy, dz = relative

@@ -92,6 +92,7 @@ def test_a_body_that_is_not_believed_to_be_a_drones_is_there_until_it_is(field):
     field.see_other(Stray(2), NOW, (1.0, 0.0, 1.0))
     field.arrange(NOW)
     assert [body.kind for body in field.near(1, (0.0, 0.0, 1.0))] == [BodyKind.MOVER]
+    assert field.near(2, (1.0, 0.0, 1.0)) == ()  # it is in nobody's way there but others'
     assert field.others == ()
     field.see_drone(Claim(NOW, 2, (1.0, 0.0, 1.0), LEVEL))
     field.arrange(NOW)
