@@ -16,6 +16,7 @@ from math import pi
 
 import numpy as np
 from flockwire.domain.time import SECOND
+from flockwire.swarm.model import Swarm
 
 from flockwire_analysis.moving_bodies import moving_bodies
 from flockwire_analysis.phases import formation_phases
@@ -34,7 +35,9 @@ def undisturbed(trace: Trace, errors: dict[int, Errors]) -> dict[int, Errors]:
     times = _times(trace)
     if not len(times) or not (trace.swarm.obstacles or trace.movers):
         return errors
-    taken = _Places(trace, times).taken()
+    places = {i: own_places(trace, i, times) for i in trace.followers}
+    drones = {i: interpolated(trace.positions(i), times) for i in trace.followers}
+    taken = taken_places(trace.swarm, times, places, drones, _inside_movers(trace, times, places))
     nearest = {number: np.searchsorted(times, error.stamps).clip(0, len(times) - 1) for number, error in errors.items()}
     free = {number: ~taken[number][steps] for number, steps in nearest.items()}
     return {i: Errors(error.stamps[free[i]], error.values[free[i]]) for i, error in errors.items()}
@@ -46,54 +49,54 @@ def _times(trace: Trace) -> Integers:
     return np.arange(spans[0].begin, spans[-1].end + STEP, STEP, dtype=np.int64) if spans else np.empty(0, np.int64)
 
 
-class _Places:
-    """The followers' places at `times` (Unix ns, equal steps), and how far they lie in the reach of others, m."""
+def taken_places(
+    swarm: Swarm, times: Integers, places: dict[int, Floats], drones: dict[int, Floats], inside: dict[int, Floats]
+) -> dict[int, Booleans]:
+    """Return at which of `times` (Unix ns, equal steps) each follower's place is not free.
 
-    def __init__(self, trace: Trace, times: Integers) -> None:
-        self._trace, self._times = trace, times
-        self._places = {i: own_places(trace, i, times) for i in trace.followers}
-        self._drones = {i: interpolated(trace.positions(i), times) for i in trace.followers}
-        self._away = {i: _distances(self._drones[i], self._places[i]) > SETTLED_BELOW for i in trace.followers}
-        self._inside = self._inside_bodies()
+    `places` and `drones`: positions by number, m, shape n x 3, NaN if unknown; `inside`: by number, how far a place
+    lies within the influence radius of what is no obstacle of the swarm file, m, -inf: of nothing.
+    """
+    avoidance, pushed = swarm.avoidance, dict(inside)
+    if swarm.obstacles:
+        for i, place in places.items():
+            surfaces = avoidance.obstacle_influence_radius - nearest_surface(place, swarm.obstacles)
+            pushed[i] = np.fmax(pushed[i], surfaces)
+    away = {i: _distances(drones[i], place) > SETTLED_BELOW for i, place in places.items()}
+    taken = {i: _around(swarm.limits.speed, times, place, pushed[i]) for i, place in places.items()}
+    growing = [i for i in taken if taken[i].any()]
+    while growing:
+        pushing = growing.pop()
+        off = taken[pushing] & away[pushing]
+        for i, place in places.items():
+            depth = np.where(off, avoidance.drone_influence_radius - _distances(drones[pushing], place), -np.inf)
+            if i != pushing and (depth > np.maximum(pushed[i], 0.0)).any():
+                pushed[i] = np.fmax(pushed[i], depth)
+                before, taken[i] = taken[i], _around(swarm.limits.speed, times, place, pushed[i])
+                if i not in growing and (taken[i] & ~before).any():
+                    growing.append(i)
+    return taken
 
-    def taken(self) -> dict[int, Booleans]:
-        """Return at which of the times each follower's place is not free."""
-        reach = self._trace.swarm.avoidance.drone_influence_radius
-        taken = {i: self._taken(i) for i in self._places}
-        growing = [i for i in taken if taken[i].any()]
-        while growing:
-            pushing = growing.pop()
-            off = taken[pushing] & self._away[pushing]
-            for i in self._places:
-                inside = np.where(off, reach - _distances(self._drones[pushing], self._places[i]), -np.inf)
-                if i != pushing and (inside > np.maximum(self._inside[i], 0.0)).any():
-                    self._inside[i] = np.fmax(self._inside[i], inside)
-                    before, taken[i] = taken[i], self._taken(i)
-                    if i not in growing and (taken[i] & ~before).any():
-                        growing.append(i)
-        return taken
 
-    def _taken(self, number: int) -> Booleans:
-        """Return when a place is not free: while it is inside, and for the ways before and after it."""
-        limit, inside = self._trace.swarm.limits.speed, self._inside[number]
-        moves = np.gradient(self._places[number], STEP / SECOND, axis=0) if len(self._times) > 1 else np.zeros((1, 3))
-        speed = np.nan_to_num(np.sqrt(np.sum(moves**2, axis=1)))
-        ways = pi / 2 * np.maximum(inside, 0.0) / np.maximum(limit - speed, SLOWEST * limit) * SECOND
-        last = np.maximum.accumulate(np.where(inside > 0.0, self._times + ways + SETTLING, -np.inf))
-        first = np.minimum.accumulate(np.where(inside > 0.0, self._times - ways, np.inf)[::-1])[::-1]
-        return np.asarray((self._times <= last) | (self._times >= first))
+def _around(limit: float, times: Integers, place: Floats, inside: Floats) -> Booleans:
+    """Return when a place is not free: while it is inside, and for the ways before and after it."""
+    moves = np.gradient(place, (times - times[0]) / SECOND, axis=0) if len(times) > 1 else np.zeros((1, 3))
+    speed = np.nan_to_num(np.sqrt(np.sum(moves**2, axis=1)))
+    ways = pi / 2 * np.maximum(inside, 0.0) / np.maximum(limit - speed, SLOWEST * limit) * SECOND
+    last = np.maximum.accumulate(np.where(inside > 0.0, times + ways + SETTLING, -np.inf))
+    first = np.minimum.accumulate(np.where(inside > 0.0, times - ways, np.inf)[::-1])[::-1]
+    return np.asarray((times <= last) | (times >= first))
 
-    def _inside_bodies(self) -> dict[int, Floats]:
-        """Return how far each place lies within the influence radius of obstacles and moving bodies."""
-        trace, reach = self._trace, self._trace.swarm.avoidance.obstacle_influence_radius
-        found = {i: np.full(len(self._times), -np.inf) for i in self._places}
-        if trace.swarm.obstacles:
-            found = {i: reach - nearest_surface(places, trace.swarm.obstacles) for i, places in self._places.items()}
-        for index, bodies in moving_bodies(trace, self._times):
-            for i, places in self._places.items():
-                gaps = [np.hypot(places[index, 0] - one.x, places[index, 1] - one.y) - one.radius for one in bodies]
-                found[i][index] = np.fmax(found[i][index], reach - min(gaps))
-        return {i: np.nan_to_num(inside, nan=-np.inf, neginf=-np.inf) for i, inside in found.items()}
+
+def _inside_movers(trace: Trace, times: Integers, places: dict[int, Floats]) -> dict[int, Floats]:
+    """Return how far each place lies within the influence radius of moving bodies, m, -inf without one."""
+    reach = trace.swarm.avoidance.obstacle_influence_radius
+    found = {i: np.full(len(times), -np.inf) for i in places}
+    for index, bodies in moving_bodies(trace, times):
+        for i, place in places.items():
+            gaps = [np.hypot(place[index, 0] - one.x, place[index, 1] - one.y) - one.radius for one in bodies]
+            found[i][index] = np.fmax(found[i][index], reach - min(gaps))
+    return found
 
 
 def _distances(some: Floats, others: Floats) -> Floats:

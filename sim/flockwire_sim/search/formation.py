@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from math import dist
-
 import numpy as np
 from flockwire.control.graph import LEADER
 from flockwire.domain.order import Mission
 from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.domain.vector import add
 from flockwire.pilot.orders import flown_place
 from flockwire.swarm.model import Swarm, uav
-from flockwire_analysis.separation import surface_distance
+from flockwire_analysis.free_places import taken_places
+from flockwire_analysis.series import Floats, Integers
+from flockwire_analysis.tracking import Errors
 
 from flockwire_sim.search.record import Recorder
 
-RECOVERY = 4 * SECOND  # ns for a follower to return to its place
 AT_PLACE = 0.2  # s between two looks at the tail
 TAIL = SECOND  # ns
 PLACELESS = 1000.0  # m, error of a follower that holds no place of an auction
@@ -32,43 +30,43 @@ def tails(recorder: Recorder, swarm: Swarm) -> dict[str, tuple[float, float]]:
     at, start = recorder.starts[-1]
     if end - max(at, start.start) < nanoseconds(swarm.checks.settle_within):
         return {}
-    found: dict[str, tuple[float, float]] = {}
-    for moment in range(end - TAIL, end, nanoseconds(AT_PLACE)):
-        for owner, error in errors(recorder, swarm, start, moment).items():
-            if owner not in found or error > found[owner][1]:
-                found[owner] = (recorder.seconds(moment), error)
-    return found
+    found = errors(recorder, swarm, start, end - TAIL, end)
+    worst = {owner: int(np.argmax(error.values)) for owner, error in found.items()}
+    return {
+        owner: (recorder.seconds(int(found[owner].stamps[k])), float(found[owner].values[k]))
+        for owner, k in worst.items()
+    }
 
 
-def errors(recorder: Recorder, swarm: Swarm, start: Mission, now: int) -> dict[str, float]:
-    """Return |x_i - h_i(t) - x_0| of each follower at `now` (Unix ns), m, by the order `start`.
+def errors(recorder: Recorder, swarm: Swarm, start: Mission, begin: int, end: int) -> dict[str, Errors]:
+    """Return |x_i - h_i(t) - x_0| of each follower from `begin` to `end` (Unix ns), m, by the order `start`.
 
-    A follower whose place is or just was near an obstacle, which it cannot keep, is left out.
+    A follower is left out while its place is not free of obstacles, as the checks of a flight have it.
     """
-    places = recorder.places(now)
-    formations = {start.formation: swarm.build_formation(start.formation)}
-    auctioned, found = start.formation in swarm.auctioned, {}
-    for rank, follower in enumerate(swarm.followers):
-        owner = uav(follower)
-        held = recorder.held(owner, now) if auctioned else None
-        if auctioned and held is None:
-            found[owner] = PLACELESS
-            continue
-        formation, index = flown_place(formations, start, rank, held)
-        place = add(places[uav(LEADER)], formation.offset(index, (now - start.start) / SECOND))
-        if owner in places and not _obstructed(recorder, swarm, now, index, start):
-            found[owner] = dist(places[owner], place)
+    first = min(start.start, begin) if swarm.obstacles else begin  # what was near an obstacle before counts
+    times = np.arange(end, first - 1, -nanoseconds(AT_PLACE), dtype=np.int64)[::-1]
+    true = [recorder.places(int(at)) for at in times]
+    drones = {i: np.array([places[uav(i)] for places in true]) for i in swarm.followers}
+    leader = np.array([places[uav(LEADER)] for places in true])
+    places = {i: leader + _offsets(recorder, swarm, start, rank, times) for rank, i in enumerate(swarm.followers)}
+    nothing = {i: np.full(len(times), -np.inf) for i in places}
+    taken = taken_places(swarm, times, places, drones, nothing)
+    found = dict[str, Errors]()
+    for i, place in places.items():
+        off = np.nan_to_num(np.linalg.norm(drones[i] - place, axis=1), nan=PLACELESS)
+        judged = (times >= begin) & ~taken[i]
+        if judged.any():
+            found[uav(i)] = Errors(times[judged], off[judged])
     return found
 
 
-def _obstructed(recorder: Recorder, swarm: Swarm, now: int, index: int, start: Mission) -> bool:
-    if not swarm.obstacles:
-        return False
-    formation = swarm.build_formation(start.formation)
-    reach = swarm.avoidance.obstacle_influence_radius
-    moments = np.linspace(now - RECOVERY, now, 9)
-    wanted = np.array([
-        add(recorder.places(int(at))[uav(LEADER)], formation.offset(index, (at - start.start) / SECOND))
-        for at in moments
-    ])  # fmt: skip
-    return any(bool((surface_distance(wanted, obstacle) < reach).any()) for obstacle in swarm.obstacles)
+def _offsets(recorder: Recorder, swarm: Swarm, start: Mission, rank: int, times: Integers) -> Floats:
+    """Return h_i at `times` (Unix ns) of the follower of `rank`, m, NaN while it holds no place of an auction."""
+    formations = {start.formation: swarm.build_formation(start.formation)}
+    auctioned, found = start.formation in swarm.auctioned, np.full((len(times), 3), np.nan)
+    for k, at in enumerate(times):
+        held = recorder.held(uav(swarm.followers[rank]), int(at)) if auctioned else None
+        if held is not None or not auctioned:
+            formation, index = flown_place(formations, start, rank, held)
+            found[k] = formation.offset(index, (int(at) - start.start) / SECOND)
+    return found

@@ -86,5 +86,6 @@ class Recovery:
     def _stands(self) -> bool:
         if not self._recorder.starts or any(phase != Phase.FORMATION for phase in self._recorder.phases().values()):
             return False
-        off = errors(self._recorder, self._swarm, self._recorder.starts[-1][1], self._world.scheduler.now)
-        return max(off.values(), default=0.0) < self._swarm.checks.formation_tail
+        now = self._world.scheduler.now
+        off = errors(self._recorder, self._swarm, self._recorder.starts[-1][1], now, now).values()
+        return max([error.values[-1] for error in off], default=0.0) < self._swarm.checks.formation_tail
