@@ -105,8 +105,10 @@ def machines(base, tmp_path):
 def test_the_playbook_brings_each_host_its_own_and_after_a_loss_new_keys(bundles, machines, ansible, tmp_path):
     addresses, key = machines
     swarm = tmp_path / "lab.toml"
-    tables = ", ".join(f'{host} = {{ address = "{address}" }}' for host, address in addresses.items())
-    swarm.write_text(SWARM.replace("pi1 = {}, pi2 = {}", tables))
+    here = run("docker", "inspect", "-f", "{{.NetworkSettings.Gateway}}", f"{HOST}-pi1").stdout.strip()
+    hosts = {"station": here, **addresses}
+    tables = ", ".join(f'{host} = {{ address = "{address}" }}' for host, address in hosts.items())
+    swarm.write_text(SWARM.replace("station = {}, pi1 = {}, pi2 = {}", tables))
     out = tmp_path / "out"
     deploy = [FLOCKWIRE, "deploy", swarm, "--target", "ansible", "--out", out]
     deploy += ["--wheels", ROOT / "dist/wheels"]
