@@ -17,7 +17,7 @@ from flockwire.domain.time import SECOND
 from flockwire.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
 
 BODY_TIME_CONSTANT = 0.05  # s, of the trackers of nearby bodies
-UNSEEN: Final = 0.04  # m between the own stopping way and what others see of it, from which both count
+UNSEEN: Final = 0.004  # m of distance that others may not see, as they expect another stopping way; else both count
 STOPPING_DISTANCE_FACTOR: Final = 1.25  # stopping-distance factor: the airframe is known to about 20 %
 TOUCHING: Final = 0.2  # m/s, added to the vertical speed: the highest speed in take-off and landing below the floor
 _TOUCHES: Final = 1e-9  # m/s from a constraint within which a velocity is held by it
@@ -223,10 +223,8 @@ class Guard:
         own = scale(subtract(motion.stopping, motion.position), STOPPING_DISTANCE_FACTOR if slowness else 1.0)
         horizon = STOPPING_DISTANCE_FACTOR * slowness + (now - stamp) / SECOND
         tracked = self._own.velocity if self._own is not None else ZERO
-        alone = ways = [own]
-        if slowness:
-            seen = scale(tracked, horizon)  # `own` as the other drones see it
-            ways = [own, seen] if dist(own, seen) > UNSEEN else alone
+        seen = scale(tracked, horizon) if slowness else own  # `own` as the other drones see it
+        alone, both, apart = [own], [own, seen], dist(own, seen)
         found: list[HalfSpace] = []
         self._asking.clear()
         for place, body in enumerate(bodies):
@@ -238,7 +236,8 @@ class Guard:
             distance = drone_distance if drone else obstacle_distance + body.radius
             fixed = body.kind is BodyKind.OBSTACLE
             recovery, braking = (parameters.vertical_speed, self._at_once) if fixed else (inf, parameters.acceleration)
-            for sx, sy, sz in ways if drone else alone:
+            unseen = drone and apart * apart > 2.0 * UNSEEN * norm(body.relative_position)
+            for sx, sy, sz in both if unseen else alone:
                 rise = sz if drone or z else 0.0
                 space = keep_clear(
                     (-x, -y, -z), (sx - x - horizon * vx, sy - y - horizon * vy, rise - z - horizon * vz), velocity,
