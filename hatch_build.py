@@ -13,24 +13,27 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 TRACKED = ("claim", "completeness", "core", "field_bodies", "simulated", "tracking")
 COMPILED = (
-    "core/flockwire/control",
-    "core/flockwire/domain",
+    "core/flockwire_core/control",
+    "core/flockwire_core/domain",
     *(
-        f"core/flockwire/wire/{name}.py"
+        f"core/flockwire_core/wire/{name}.py"
         for name in ("batch", "cdr", "codec", "inbox", "orders", "phase", "stamped", "status", "status_codec")
     ),
-    "core/flockwire/pilot",
-    *(f"core/flockwire/ground/{name}.py" for name in ("fleet", "lost", "standing")),
-    *(f"core/flockwire/process/{name}.py" for name in ("stepping", "timekeeping")),
-    *(f"core/flockwire/runtime/{name}.py" for name in ("publishing", "shell", "subscriptions", "ticker", "topics")),
-    "core/flockwire/clock.py",
-    "core/flockwire/law.py",
+    "core/flockwire_core/pilot",
+    *(f"core/flockwire_core/ground/{name}.py" for name in ("fleet", "lost", "standing")),
+    *(f"core/flockwire_core/process/{name}.py" for name in ("stepping", "timekeeping")),
+    *(
+        f"core/flockwire_core/runtime/{name}.py"
+        for name in ("publishing", "shell", "subscriptions", "ticker", "topics")
+    ),
+    "core/flockwire_core/clock.py",
+    "core/flockwire_core/law.py",
     "agent/flockwire_agent",
     *(f"leader/flockwire_leader/{name}.py" for name in ("core", "course", "teleoperation", "virtual")),
     *(f"mocap_gateway/flockwire_mocap/{name}.py" for name in TRACKED),
-    *(f"kinematics/flockwire_kinematics/{name}.py" for name in ("airframe", "core", "drone")),
+    *(f"twins/flockwire_twins/kinematics/{name}.py" for name in ("airframe", "core", "drone")),
     *(f"recorder/flockwire_recorder/{name}.py" for name in ("chunked", "trace")),
-    *(f"sim/flockwire_sim/{name}.py" for name in ("flight", "network", "process", "virtual_time")),
+    *(f"lab/flockwire_lab/{name}.py" for name in ("flight", "network", "process", "virtual_time")),
 )
 COLD = (  # mypyc's functions for errors, and for integers beyond 62 bits: the code that calls them stands apart
     *(f"CPy_{name}" for name in ("AddTraceback", "AttributeError", "TypeError", "TypeErrorTraceback")),

@@ -12,41 +12,43 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from flockwire.swarm.airframes import AIRFRAMES
-from flockwire.wire.processes import PROCESSES
+from flockwire_core.swarm.airframes import AIRFRAMES
+from flockwire_core.wire.processes import PROCESSES
 
 ROOT = Path(__file__).parents[1]
-TABLES = ("core/flockwire/wire/processes.py", "core/flockwire/swarm/airframes.py")
+TABLES = ("core/flockwire_core/wire/processes.py", "core/flockwire_core/swarm/airframes.py")
 HOMONYMS = {  # words that mean something else there
-    ("core/flockwire/swarm/model.py", "uav"),  # the name of a drone
-    ("core/flockwire/swarm/model.py", "gateway"),  # a table of the swarm file
-    ("core/flockwire/swarm/tables.py", "router"),  # a mode of the network
-    ("core/flockwire/swarm/gateway.py", "ros"),  # a source of poses
+    ("core/flockwire_core/swarm/model.py", "uav"),  # the name of a drone
+    ("core/flockwire_core/swarm/model.py", "gateway"),  # a table of the swarm file
+    ("core/flockwire_core/swarm/tables.py", "router"),  # a mode of the network
+    ("core/flockwire_core/swarm/gateway.py", "ros"),  # a source of poses
     ("mocap_gateway/flockwire_mocap/core.py", "ros"),
-    ("core/flockwire/swarm/leader.py", "ros"),  # a kind of leader
-    ("core/flockwire/wire/address_rules.py", "ros"),  # tables of the swarm file
-    ("core/flockwire/swarm/ros_rules.py", "ros"),
-    ("core/flockwire/swarm/ros_rules.py", "leader"),
-    ("core/flockwire/swarm/ros_rules.py", "gateway"),
-    ("station/flockwire_station/idle_options.py", "ros"),  # a source of poses
-    ("core/flockwire/swarm/reading.py", "leader"),  # a table of the swarm file
-    ("core/flockwire/loading.py", "leader"),
-    ("station/flockwire_station/initial.py", "leader"),
-    ("station/flockwire_station/answers.py", "leader"),
-    ("core/flockwire/runtime/configuration.py", "router"),  # Zenoh's own modes
-    ("core/flockwire/runtime/ros_node.py", "router"),
-    ("probe/flockwire_probe/attackers.py", "router"),
+    ("core/flockwire_core/swarm/leader.py", "ros"),  # a kind of leader
+    ("core/flockwire_core/wire/address_rules.py", "ros"),  # tables of the swarm file
+    ("core/flockwire_core/swarm/ros_rules.py", "ros"),
+    ("core/flockwire_core/swarm/ros_rules.py", "leader"),
+    ("core/flockwire_core/swarm/ros_rules.py", "gateway"),
+    ("operator/flockwire_operator/station/idle_options.py", "ros"),  # a source of poses
+    ("core/flockwire_core/swarm/reading.py", "leader"),  # a table of the swarm file
+    ("core/flockwire_core/loading.py", "leader"),
+    ("operator/flockwire_operator/station/initial.py", "leader"),
+    ("operator/flockwire_operator/station/answers.py", "leader"),
+    ("core/flockwire_core/runtime/configuration.py", "router"),  # Zenoh's own modes
+    ("core/flockwire_core/runtime/ros_node.py", "router"),
+    ("lab/flockwire_lab/probe/attackers.py", "router"),
 }
 
 
-def package(path: str) -> str:
-    """Return the package of what a table names as "module:name"."""
-    return path.split(".", maxsplit=1)[0]
+def folder(path: str) -> str:
+    """Return the folder of what a table names as "module:name"."""
+    return path.split(":", maxsplit=1)[0].split(".")[-2]
 
 
-OWN_FOLDERS = {row.kind: {package(row.core)} - {"flockwire"} if row.core else {"flockwire_cli"} for row in PROCESSES}
+OWN_FOLDERS = {row.kind: folder(row.core) if row.core else "cli" for row in PROCESSES}
 AIRFRAME_FOLDERS = {
-    row.kind: package(row.simulated) for row in AIRFRAMES if row.kind not in OWN_FOLDERS
+    row.kind: {folder(path) for path in (row.simulated, row.driver) if path}
+    for row in AIRFRAMES
+    if row.kind not in OWN_FOLDERS
 }  # that of simulated airframes is also called as their process
 
 
@@ -63,14 +65,14 @@ def spellings(file: Path) -> Iterator[tuple[int, str]]:
     for node in ast.walk(tree):
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in documentation:
             text = node.value
-            kinds = [kind for kind, folders in OWN_FOLDERS.items() if not folders & {*file.parts} and text == kind]
+            kinds = [kind for kind, own in OWN_FOLDERS.items() if own not in file.parts and text == kind]
             if kinds or re.search(r"\buav\d*$", text):
                 yield node.lineno, text
 
 
 def airframes(file: Path) -> Iterator[tuple[int, str]]:
     """Yield line and word of each name of an airframe in `file`, in whatever it is: code, comment, text."""
-    foreign = [kind for kind, folder in AIRFRAME_FOLDERS.items() if folder not in file.parts]
+    foreign = [kind for kind, own in AIRFRAME_FOLDERS.items() if own.isdisjoint(file.parts)]
     try:
         lines = file.read_text(encoding="utf-8").split("\n") if foreign else []
     except UnicodeDecodeError:

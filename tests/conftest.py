@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
-from flockwire import loading
-from flockwire.loading import parse_swarm
-from flockwire.swarm.model import Swarm
-from flockwire.wire.plan import Plan
+from flockwire_core import loading
+from flockwire_core.loading import parse_swarm
+from flockwire_core.swarm.model import Swarm
+from flockwire_core.wire.plan import Plan
 from hypothesis import settings
 from xdist.scheduler import LoadScopeScheduling
 

@@ -7,25 +7,25 @@ from functools import partial
 from math import dist, isfinite
 from typing import TYPE_CHECKING, Any
 
-from flockwire.domain.motion import Estimate, Leading
-from flockwire.domain.order import Mission
-from flockwire.domain.signals import Signals
-from flockwire.domain.vector import ZERO, Vector, add
-from flockwire.law import Decision, Observation, Reference
-from flockwire.own_law import make_law
-from flockwire.parameters import AgentParameters, agent_parameters
-from flockwire.pilot.ladder import shown
-from flockwire.pilot.neighbourhood import Neighbourhood
-from flockwire.pilot.orders import flown_place, is_known
-from flockwire.pilot.pilot import Pilot
-from flockwire.pilot.place import Place
-from flockwire.process.cores import Core, Start
-from flockwire.process.stopwatch import Stopwatch
-from flockwire.swarm.model import uav
-from flockwire.wire.codec import Message
-from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.phase import Phase
-from flockwire.wire.status import Report, Status
+from flockwire_core.domain.motion import Estimate, Leading
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.signals import Signals
+from flockwire_core.domain.vector import ZERO, Vector, add
+from flockwire_core.law import Decision, Observation, Reference
+from flockwire_core.own_law import make_law
+from flockwire_core.parameters import AgentParameters, agent_parameters
+from flockwire_core.pilot.ladder import shown
+from flockwire_core.pilot.neighbourhood import Neighbourhood
+from flockwire_core.pilot.orders import flown_place, is_known
+from flockwire_core.pilot.pilot import Pilot
+from flockwire_core.pilot.place import Place
+from flockwire_core.process.cores import Core, Start
+from flockwire_core.process.stopwatch import Stopwatch
+from flockwire_core.swarm.model import uav
+from flockwire_core.wire.codec import Message
+from flockwire_core.wire.keys import MISSION, Key
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.status import Report, Status
 
 from flockwire_agent.guarded_law import GuardedLaw
 
@@ -210,7 +210,7 @@ def make_core(start: Start) -> Core:
     parameters = agent_parameters(start.plan.swarm, start.drone)
     if not start.faults:
         return AgentCore(parameters, start.now, start.stopwatch if start.plan.swarm.control.own_law else None)
-    from flockwire.process.faults import AgentFault  # noqa: PLC0415  (few flights have such a fault)
+    from flockwire_core.process.faults import AgentFault  # noqa: PLC0415  (few flights have such a fault)
 
     from flockwire_agent.lying import LyingAgent  # noqa: PLC0415
 

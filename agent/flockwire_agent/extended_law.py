@@ -7,19 +7,19 @@ y is the airframe's stopping point. The safety filter around the law, not a pote
 
 from __future__ import annotations
 
-from flockwire.compiling import mypyc_attr
-from flockwire.control.airframe.first_order_lag import lead, stopping_reference
-from flockwire.control.around.bent_place import BentPlace
-from flockwire.control.around.sidestep import Sidestep
-from flockwire.control.around.way_of_mover import WayOfMover
-from flockwire.control.around.way_round import WayRound
-from flockwire.control.graph import LEADER
-from flockwire.control.leader_track import LeaderTrack
-from flockwire.control.observer import relay_step
-from flockwire.domain.motion import LeaderMotion, Motion
-from flockwire.domain.time import SECOND
-from flockwire.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
-from flockwire.law import Decision, LawSettings, NeighbourEstimate, Observation, Reference
+from flockwire_core.compiling import mypyc_attr
+from flockwire_core.control.airframe.first_order_lag import lead, stopping_reference
+from flockwire_core.control.around.bent_place import BentPlace
+from flockwire_core.control.around.sidestep import Sidestep
+from flockwire_core.control.around.way_of_mover import WayOfMover
+from flockwire_core.control.around.way_round import WayRound
+from flockwire_core.control.graph import LEADER
+from flockwire_core.control.leader_track import LeaderTrack
+from flockwire_core.control.observer import relay_step
+from flockwire_core.domain.motion import LeaderMotion, Motion
+from flockwire_core.domain.time import SECOND
+from flockwire_core.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
+from flockwire_core.law import Decision, LawSettings, NeighbourEstimate, Observation, Reference
 
 SIDE_SWITCH_TIME = 3.0  # s without progress after which a drone changes the side; each drone adds its own share
 

@@ -6,9 +6,9 @@ import logging
 import traceback
 from collections.abc import Callable
 
-from flockwire.law import Decision, Law, Observation, check_decision
-from flockwire.process.stopwatch import Stopwatch
-from flockwire.wire.status import LAW_FAILED, Reason
+from flockwire_core.law import Decision, Law, Observation, check_decision
+from flockwire_core.process.stopwatch import Stopwatch
+from flockwire_core.wire.status import LAW_FAILED, Reason
 
 OWN = "flockwire_agent"  # this file's frames are not the law's
 MOST_FRAMES = 4  # characters of the reported line

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from flockwire.domain.bids import Bid, Bids
-from flockwire.domain.motion import Estimate, LeaderMotion, Leading
-from flockwire.domain.order import Mission
-from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.domain.vector import add, scale
-from flockwire.parameters import AgentParameters
-from flockwire.process.faults import AgentFault, FalseBids, FalseEstimate
-from flockwire.wire.codec import Message
-from flockwire.wire.keys import Key
+from flockwire_core.domain.bids import Bid, Bids
+from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.domain.vector import add, scale
+from flockwire_core.parameters import AgentParameters
+from flockwire_core.process.faults import AgentFault, FalseBids, FalseEstimate
+from flockwire_core.wire.codec import Message
+from flockwire_core.wire.keys import Key
 
 from flockwire_agent.core import AgentCore
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from flockwire.compiling import mypyc_attr
-from flockwire.control.observer import ObserverParameters, explicit_step, implicit_step, rate_estimate
-from flockwire.control.potential import repulsion
-from flockwire.control.protocol import control_input
-from flockwire.domain.motion import LeaderMotion
-from flockwire.domain.vector import ZERO, Vector
-from flockwire.law import Decision, LawSettings, Observation
+from flockwire_core.compiling import mypyc_attr
+from flockwire_core.control.observer import ObserverParameters, explicit_step, implicit_step, rate_estimate
+from flockwire_core.control.potential import repulsion
+from flockwire_core.control.protocol import control_input
+from flockwire_core.domain.motion import LeaderMotion
+from flockwire_core.domain.vector import ZERO, Vector
+from flockwire_core.law import Decision, LawSettings, Observation
 
 ObserverStep = Callable[[Vector, Sequence[tuple[float, Vector]], ObserverParameters, float], Sequence[float]]
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from math import dist, inf
 
-from flockwire.control.auction import LEAST, Auction, highest_price
-from flockwire.domain.bids import NOBODY, Bid, Bids
-from flockwire.domain.motion import LeaderMotion, Motion
-from flockwire.domain.order import Mission
-from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.domain.vector import Vector, subtract
-from flockwire.parameters import AuctionParameters
-from flockwire.wire.phase import Phase
-from flockwire.wire.status import Report, place_reason
+from flockwire_core.control.auction import LEAST, Auction, highest_price
+from flockwire_core.domain.bids import NOBODY, Bid, Bids
+from flockwire_core.domain.motion import LeaderMotion, Motion
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.domain.vector import Vector, subtract
+from flockwire_core.parameters import AuctionParameters
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.status import Report, place_reason
 
 BIDDING = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION})  # who lands, or stands, keeps what it holds
 SOON = SECOND // 20  # ns between two repetitions of the same bids, which may be lost, while they are new

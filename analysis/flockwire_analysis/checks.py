@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from flockwire.swarm.model import Swarm, uav
-from flockwire.swarm.wording import beside
+from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.swarm.wording import beside
 
 from flockwire_analysis import gaps, outcomes
 from flockwire_analysis.conformance import deviations

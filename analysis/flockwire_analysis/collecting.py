@@ -8,14 +8,14 @@ from dataclasses import dataclass, field
 from operator import attrgetter
 from pathlib import Path
 
-from flockwire.domain.bids import Bids, held_place
-from flockwire.domain.order import Mission, Stop, Version
-from flockwire.domain.time import SECOND
-from flockwire.swarm.model import Swarm, uav
-from flockwire.wire.codec import Message
-from flockwire.wire.keys import ROWS, Key
-from flockwire.wire.plan import Plan
-from flockwire.wire.status import APART, LAW_FAILED, LEFT_OUT, Status
+from flockwire_core.domain.bids import Bids, held_place
+from flockwire_core.domain.order import Mission, Stop, Version
+from flockwire_core.domain.time import SECOND
+from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.wire.codec import Message
+from flockwire_core.wire.keys import ROWS, Key
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.status import APART, LAW_FAILED, LEFT_OUT, Status
 from flockwire_recorder.trace import count_lost, published_at
 
 from flockwire_analysis.observed import Observed, Shown, append_change, keep, observed, shown

@@ -11,13 +11,13 @@ from collections.abc import Iterable, Iterator
 from itertools import pairwise, product
 from typing import NamedTuple
 
-from flockwire.domain.airframe import FlightState
-from flockwire.domain.order import IN_FORMATION, Mission, Version
-from flockwire.domain.time import SECOND
-from flockwire.pilot.orders import Orders, came_down
-from flockwire.pilot.transitions import PHASES, Conditions, reachable
-from flockwire.swarm.model import uav
-from flockwire.wire.phase import Phase
+from flockwire_core.domain.airframe import FlightState
+from flockwire_core.domain.order import IN_FORMATION, Mission, Version
+from flockwire_core.domain.time import SECOND
+from flockwire_core.pilot.orders import Orders, came_down
+from flockwire_core.pilot.transitions import PHASES, Conditions, reachable
+from flockwire_core.swarm.model import uav
+from flockwire_core.wire.phase import Phase
 
 from flockwire_analysis.observed import Observed, version_of
 from flockwire_analysis.phases import at

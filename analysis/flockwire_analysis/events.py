@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import NamedTuple
 
-from flockwire.domain.time import SECOND, nanoseconds
+from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_recorder.trace import FAULTS
 
 from flockwire_analysis.recorded import Trace

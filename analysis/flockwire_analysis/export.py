@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from flockwire.domain.time import SECOND
-from flockwire.extras import remedy
-from flockwire.swarm.model import uav
+from flockwire_core.domain.time import SECOND
+from flockwire_core.extras import remedy
+from flockwire_core.swarm.model import uav
 
 from flockwire_analysis.events import events
 from flockwire_analysis.phases import Span, formation_phases, origin

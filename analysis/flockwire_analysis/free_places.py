@@ -15,8 +15,8 @@ from __future__ import annotations
 from math import pi
 
 import numpy as np
-from flockwire.domain.time import SECOND
-from flockwire.swarm.model import Swarm
+from flockwire_core.domain.time import SECOND
+from flockwire_core.swarm.model import Swarm
 
 from flockwire_analysis.moving_bodies import moving_bodies
 from flockwire_analysis.phases import formation_phases

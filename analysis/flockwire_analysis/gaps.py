@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from flockwire.domain.time import SECOND
-from flockwire.wire.keys import Key
+from flockwire_core.domain.time import SECOND
+from flockwire_core.wire.keys import Key
 
 from flockwire_analysis.phases import Span, at
 from flockwire_analysis.recorded import Trace, is_repeated

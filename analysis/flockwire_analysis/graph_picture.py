@@ -8,7 +8,7 @@ from __future__ import annotations
 from math import hypot
 from typing import NamedTuple
 
-from flockwire.control.graph import LEADER, Graph
+from flockwire_core.control.graph import LEADER, Graph
 
 COLUMN, ROW, RADIUS, MARGIN = 120.0, 76.0, 21, 44.0
 ABOVE = 9.0  # distance of a weight above its edge

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Hashable
 from typing import NamedTuple
 
-from flockwire.domain.order import Mission, Version
-from flockwire.domain.time import SECOND
-from flockwire.pilot.off_place import shown_phase
-from flockwire.wire.status import LAW_FAILED, Status
+from flockwire_core.domain.order import Mission, Version
+from flockwire_core.domain.time import SECOND
+from flockwire_core.pilot.off_place import shown_phase
+from flockwire_core.wire.status import LAW_FAILED, Status
 
 MOST_REASONED = 5000  # changes of one process that keep their reasons: a hostile one changes its own at each status
 LONGEST_REASON = 400  # characters

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from flockwire.domain.airframe import FlightState
-from flockwire.domain.time import SECOND
-from flockwire.swarm.model import uav
-from flockwire.wire.keys import Key
-from flockwire.wire.phase import Phase
+from flockwire_core.domain.airframe import FlightState
+from flockwire_core.domain.time import SECOND
+from flockwire_core.swarm.model import uav
+from flockwire_core.wire.keys import Key
+from flockwire_core.wire.phase import Phase
 
 from flockwire_analysis.phases import FormationPhase, at
 from flockwire_analysis.recorded import Trace

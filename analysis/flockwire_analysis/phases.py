@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from itertools import pairwise, zip_longest
 
 import numpy as np
-from flockwire.control.formation import Formation
-from flockwire.control.graph import LEADER
-from flockwire.domain.order import Mission
-from flockwire.domain.time import SECOND
-from flockwire.pilot.orders import flown_formation, flown_place, is_known
-from flockwire.swarm.model import uav
+from flockwire_core.control.formation import Formation
+from flockwire_core.control.graph import LEADER
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.time import SECOND
+from flockwire_core.pilot.orders import flown_formation, flown_place, is_known
+from flockwire_core.swarm.model import uav
 
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Booleans, Floats, Integers

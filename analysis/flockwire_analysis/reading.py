@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from flockwire.loading import problems
-from flockwire.swarm.model import Swarm
+from flockwire_core.loading import problems
+from flockwire_core.swarm.model import Swarm
 from flockwire_recorder.parts import parts
 from flockwire_recorder.records import WholeRecords, messages
 from flockwire_recorder.trace import COUNT_MASK, METADATA

@@ -7,12 +7,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
-from flockwire.control.graph import LEADER
-from flockwire.domain.order import Mission, Stop, Version
-from flockwire.swarm.model import Swarm, uav
-from flockwire.wire.keys import ROWS, TIME_REQUEST, Delivery, Key
-from flockwire.wire.plan import Plan
-from flockwire.wire.status import Status
+from flockwire_core.control.graph import LEADER
+from flockwire_core.domain.order import Mission, Stop, Version
+from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.wire.keys import ROWS, TIME_REQUEST, Delivery, Key
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.status import Status
 
 from flockwire_analysis.observed import Observed, Shown
 from flockwire_analysis.series import Columns, Movers, Series, Signal

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from flockwire.domain.time import SECOND
-from flockwire.ground.fleet import STALE
-from flockwire.wire.keys import Key
-from flockwire.wire.phase import Phase
+from flockwire_core.domain.time import SECOND
+from flockwire_core.ground.fleet import STALE
+from flockwire_core.wire.keys import Key
+from flockwire_core.wire.phase import Phase
 
 from flockwire_analysis.events import Event, events
 from flockwire_analysis.moving_bodies import MovingBody, moving_bodies

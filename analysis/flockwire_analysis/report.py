@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from flockwire.wire.status import Status
+from flockwire_core.wire.status import Status
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
 from flockwire_analysis.graph_picture import graph_picture

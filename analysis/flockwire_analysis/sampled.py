@@ -8,8 +8,8 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from flockwire.control.graph import LEADER
-from flockwire.domain.time import SECOND
+from flockwire_core.control.graph import LEADER
+from flockwire_core.domain.time import SECOND
 
 from flockwire_analysis.phases import airborne, formation_phases, origin
 from flockwire_analysis.recorded import Trace

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from itertools import combinations
 
 import numpy as np
-from flockwire.domain.airframe import FlightState
-from flockwire.domain.time import SECOND
-from flockwire.swarm.tables import Obstacle
+from flockwire_core.domain.airframe import FlightState
+from flockwire_core.domain.time import SECOND
+from flockwire_core.swarm.tables import Obstacle
 
 from flockwire_analysis.phases import Span, offsets
 from flockwire_analysis.recorded import Trace

@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 from math import hypot, inf
 
 import numpy as np
-from flockwire.domain.airframe import Command, Telemetry
-from flockwire.domain.body import BodyKind, Nearby
-from flockwire.domain.motion import Estimate
-from flockwire.domain.pose import Pose
-from flockwire.domain.signals import Signals
-from flockwire.wire.codec import Message
-from flockwire.wire.keys import ROWS
+from flockwire_core.domain.airframe import Command, Telemetry
+from flockwire_core.domain.body import BodyKind, Nearby
+from flockwire_core.domain.motion import Estimate
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.signals import Signals
+from flockwire_core.wire.codec import Message
+from flockwire_core.wire.keys import ROWS
 from numpy.typing import NDArray
 
 Integers = NDArray[np.int64]

@@ -6,9 +6,9 @@ from collections import Counter
 from dataclasses import asdict, dataclass, replace
 
 import numpy as np
-from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.swarm.model import uav
-from flockwire.wire.processes import GATEWAY
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.swarm.model import uav
+from flockwire_core.wire.processes import GATEWAY
 
 from flockwire_analysis import gaps, separation, tracking
 from flockwire_analysis.checks import Check, checks, kept_within

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from flockwire.control.graph import LEADER
-from flockwire.domain.time import SECOND
+from flockwire_core.control.graph import LEADER
+from flockwire_core.domain.time import SECOND
 
 from flockwire_analysis.phases import Span, formation_phases, offsets
 from flockwire_analysis.recorded import Trace

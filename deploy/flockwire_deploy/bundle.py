@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from hashlib import sha256
 from pathlib import Path
 
-from flockwire.swarm.laws import BUILT_IN, law_file
-from flockwire.wire.plan import Plan
+from flockwire_core.swarm.laws import BUILT_IN, law_file
+from flockwire_core.wire.plan import Plan
 
 from flockwire_deploy.files import DeployError, template, write, write_keys, write_swarm
 from flockwire_deploy.units import folders, target_name, units

@@ -13,11 +13,11 @@ from ipaddress import IPv4Network
 from pathlib import Path
 from typing import NamedTuple
 
-from flockwire.swarm.laws import BUILT_IN, law_file
-from flockwire.swarm.model import Swarm
-from flockwire.wire.plan import Plan
-from flockwire.wire.processes import OPERATOR
-from flockwire_station.host import FilePaths, arguments
+from flockwire_core.swarm.laws import BUILT_IN, law_file
+from flockwire_core.swarm.model import Swarm
+from flockwire_core.wire.command_line import FilePaths, arguments
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.processes import OPERATOR
 
 from flockwire_deploy.files import (
     DeployError,

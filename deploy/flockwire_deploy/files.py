@@ -8,12 +8,12 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePosixPath
 
 from cryptography import x509
-from flockwire.security.credentials import common_name
-from flockwire.security.files import in_use
-from flockwire.security.pki import authority_name
-from flockwire.swarm.laws import law_file
-from flockwire.swarm.model import Swarm
-from flockwire.wire.plan import AUTHORITY, Plan
+from flockwire_core.security.credentials import common_name
+from flockwire_core.security.files import in_use
+from flockwire_core.security.pki import authority_name
+from flockwire_core.swarm.laws import law_file
+from flockwire_core.swarm.model import Swarm
+from flockwire_core.wire.plan import AUTHORITY, Plan
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
 Owner = tuple[int, int]  # user and group

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from flockwire.wire.plan import Plan
-from flockwire_station.host import FilePaths, arguments
+from flockwire_core.wire.command_line import FilePaths, arguments
+from flockwire_core.wire.plan import Plan
 
 from flockwire_deploy.files import template
 

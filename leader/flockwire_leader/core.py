@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from flockwire.control.around.way_of_mover import WayOfMover
-from flockwire.domain.airframe import Command
-from flockwire.domain.order import Mission
-from flockwire.domain.time import SECOND
-from flockwire.domain.vector import ZERO, Vector, subtract
-from flockwire.parameters import LeaderParameters, leader_parameters, tracked_parameters, virtual_parameters
-from flockwire.pilot.pilot import Pilot
-from flockwire.process.cores import Start
-from flockwire.wire.codec import Message
-from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.phase import Phase
-from flockwire.wire.status import Report
+from flockwire_core.control.around.way_of_mover import WayOfMover
+from flockwire_core.domain.airframe import Command
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.time import SECOND
+from flockwire_core.domain.vector import ZERO, Vector, subtract
+from flockwire_core.parameters import LeaderParameters, leader_parameters, tracked_parameters, virtual_parameters
+from flockwire_core.pilot.pilot import Pilot
+from flockwire_core.process.cores import Start
+from flockwire_core.wire.codec import Message
+from flockwire_core.wire.keys import MISSION, Key
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.status import Report
 
 from flockwire_leader.course import Course
 from flockwire_leader.teleoperation import Teleoperation

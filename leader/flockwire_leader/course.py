@@ -17,12 +17,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import hypot, inf
 
-from flockwire.control.around.bent_place import BentPlace
-from flockwire.control.around.sidestep import Sidestep
-from flockwire.control.trajectory_time import LONGEST_STEP, TrajectoryTime, falling, free_error
-from flockwire.domain.body import Body, BodyKind
-from flockwire.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
-from flockwire.parameters import CourseParameters
+from flockwire_core.control.around.bent_place import BentPlace
+from flockwire_core.control.around.sidestep import Sidestep
+from flockwire_core.control.trajectory_time import LONGEST_STEP, TrajectoryTime, falling, free_error
+from flockwire_core.domain.body import Body, BodyKind
+from flockwire_core.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
+from flockwire_core.parameters import CourseParameters
 
 SLACK = 0.3  # m beyond the free error at which the trajectory stops
 CLEAR = 0.2  # m beyond the safety distance from which on a goal may wait

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from flockwire.domain.airframe import Command
-from flockwire.domain.time import SECOND
-from flockwire.domain.vector import ZERO, Vector, add, limit, norm, subtract
-from flockwire.parameters import TeleoperationParameters
-from flockwire.pilot.phases import age
-from flockwire.pilot.place import keep_place
+from flockwire_core.domain.airframe import Command
+from flockwire_core.domain.time import SECOND
+from flockwire_core.domain.vector import ZERO, Vector, add, limit, norm, subtract
+from flockwire_core.parameters import TeleoperationParameters
+from flockwire_core.pilot.phases import age
+from flockwire_core.pilot.place import keep_place
 
 STILL = 1e-6  # m/s below which the leader holds its position
 

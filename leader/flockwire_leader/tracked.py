@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from flockwire.control.graph import LEADER
-from flockwire.domain.order import Mission
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND
-from flockwire.parameters import TrackedParameters
-from flockwire.pilot.orders import Orders
-from flockwire.pilot.phases import NEVER, age
-from flockwire.process.cores import Ground
-from flockwire.swarm.model import uav
-from flockwire.wire.codec import Message
-from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.phase import Phase
-from flockwire.wire.status import Report
+from flockwire_core.control.graph import LEADER
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND
+from flockwire_core.parameters import TrackedParameters
+from flockwire_core.pilot.orders import Orders
+from flockwire_core.pilot.phases import NEVER, age
+from flockwire_core.process.cores import Ground
+from flockwire_core.swarm.model import uav
+from flockwire_core.wire.codec import Message
+from flockwire_core.wire.keys import MISSION, Key
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.status import Report
 
 
 class TrackedLeader(Ground):

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from flockwire.control.graph import LEADER
-from flockwire.domain.order import Mission
-from flockwire.domain.pose import Pose
-from flockwire.parameters import VirtualParameters
-from flockwire.pilot.moving_point import MovingPoint
-from flockwire.process.cores import Ground
-from flockwire.swarm.model import uav
-from flockwire.wire.codec import Message
-from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.phase import Phase
-from flockwire.wire.status import Report
+from flockwire_core.control.graph import LEADER
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.pose import Pose
+from flockwire_core.parameters import VirtualParameters
+from flockwire_core.pilot.moving_point import MovingPoint
+from flockwire_core.process.cores import Ground
+from flockwire_core.swarm.model import uav
+from flockwire_core.wire.codec import Message
+from flockwire_core.wire.keys import MISSION, Key
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.status import Report
 
 
 class VirtualLeader(Ground):

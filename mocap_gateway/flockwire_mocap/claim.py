@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from operator import attrgetter
 from typing import Final
 
-from flockwire.compiling import mypyc_attr
-from flockwire.domain.quaternion import Quaternion
-from flockwire.domain.record import Record
-from flockwire.domain.vector import Vector
+from flockwire_core.compiling import mypyc_attr
+from flockwire_core.domain.quaternion import Quaternion
+from flockwire_core.domain.record import Record
+from flockwire_core.domain.vector import Vector
 
 in_order: Final = attrgetter("stamp", "drone")  # the key by which claims are sorted
 

@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
-from flockwire.domain.time import SECOND
+from flockwire_core.domain.time import SECOND
 
 MISSED_FRAMES: Final = 3
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flockwire.domain.quaternion import IDENTITY, Quaternion, product, rotate
-from flockwire.domain.vector import ZERO, Vector, add, subtract
-from flockwire.swarm.gateway import Unit, UpAxis
+from flockwire_core.domain.quaternion import IDENTITY, Quaternion, product, rotate
+from flockwire_core.domain.vector import ZERO, Vector, add, subtract
+from flockwire_core.swarm.gateway import Unit, UpAxis
 
 from flockwire_mocap.tracking import ReportedBody
 

@@ -10,19 +10,19 @@ from collections.abc import Callable, Mapping
 from statistics import median
 from typing import Final
 
-from flockwire.domain.body import Nearby
-from flockwire.domain.order import Mission
-from flockwire.domain.pose import Pose
-from flockwire.domain.quaternion import IDENTITY
-from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.pilot.orders import Orders
-from flockwire.process.cores import Ground, Start
-from flockwire.swarm.model import Swarm, uav
-from flockwire.wire.codec import Message
-from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.phase import Phase
-from flockwire.wire.processes import Roster
-from flockwire.wire.status import APART, Report, Status
+from flockwire_core.domain.body import Nearby
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.quaternion import IDENTITY
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.pilot.orders import Orders
+from flockwire_core.process.cores import Ground, Start
+from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.wire.codec import Message
+from flockwire_core.wire.keys import MISSION, Key
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.processes import Roster
+from flockwire_core.wire.status import APART, Report, Status
 
 from flockwire_mocap.claim import Claim, in_order, owner
 from flockwire_mocap.field_bodies import FieldBodies, Stray

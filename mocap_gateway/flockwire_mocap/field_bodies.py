@@ -6,14 +6,14 @@ from collections.abc import Iterable, Mapping
 from math import floor
 from typing import Final, NamedTuple
 
-from flockwire.compiling import mypyc_attr
-from flockwire.control.graph import LEADER
-from flockwire.control.tracker import VelocityTracker
-from flockwire.domain.body import Body, BodyKind, to_axis
-from flockwire.domain.record import Record
-from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.domain.vector import Vector, distance, norm
-from flockwire.swarm.model import Swarm
+from flockwire_core.compiling import mypyc_attr
+from flockwire_core.control.graph import LEADER
+from flockwire_core.control.tracker import VelocityTracker
+from flockwire_core.domain.body import Body, BodyKind, to_axis
+from flockwire_core.domain.record import Record
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.domain.vector import Vector, distance, norm
+from flockwire_core.swarm.model import Swarm
 
 from flockwire_mocap.claim import Claim
 from flockwire_mocap.lost_body import STILL, LostBody, drone_spread, person_spread

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from flockwire.domain.body import Body, BodyKind, to_axis
-from flockwire.domain.vector import ZERO, Vector, norm, scale
-from flockwire.swarm.model import Swarm
+from flockwire_core.domain.body import Body, BodyKind, to_axis
+from flockwire_core.domain.vector import ZERO, Vector, norm, scale
+from flockwire_core.swarm.model import Swarm
 
 DRIFT = 0.1  # m/s of drift of an airframe that hovers or lands by its own sensors
 STANDS = 0.1  # m above the ground; a drone below it is on the ground

@@ -10,8 +10,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Any, ClassVar, Generic, TypeVar
 
-from flockwire.extras import remedy
-from flockwire.wire.processes import GATEWAY
+from flockwire_core.extras import remedy
+from flockwire_core.wire.processes import GATEWAY
 
 from flockwire_mocap.streamed import StreamedSource
 

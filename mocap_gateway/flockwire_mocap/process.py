@@ -8,9 +8,9 @@ from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from pathlib import Path
 from typing import Any, cast
 
-from flockwire.process.cores import Core
-from flockwire.runtime.job import Job
-from flockwire.runtime.shell import run_core
+from flockwire_core.process.cores import Core
+from flockwire_core.runtime.job import Job
+from flockwire_core.runtime.shell import run_core
 
 from flockwire_mocap.core import GatewayCore
 from flockwire_mocap.natnet.client import NatNetClient

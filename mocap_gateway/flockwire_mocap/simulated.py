@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from math import hypot
 
-from flockwire.domain.fields import from_fields
-from flockwire.domain.order import Mission
-from flockwire.domain.pose import Pose
-from flockwire.domain.quaternion import IDENTITY
-from flockwire.domain.time import SECOND
-from flockwire.domain.vector import Vector, add, scale
-from flockwire.process.cores import Start
-from flockwire.process.faults import FalsePose, NameSwap, NoiseBurst, TrackerLoss, Visitor
-from flockwire.swarm.model import uav
-from flockwire.wire.codec import Message
-from flockwire.wire.keys import Key
+from flockwire_core.domain.fields import from_fields
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.quaternion import IDENTITY
+from flockwire_core.domain.time import SECOND
+from flockwire_core.domain.vector import Vector, add, scale
+from flockwire_core.process.cores import Start
+from flockwire_core.process.faults import FalsePose, NameSwap, NoiseBurst, TrackerLoss, Visitor
+from flockwire_core.swarm.model import uav
+from flockwire_core.wire.codec import Message
+from flockwire_core.wire.keys import Key
 
 from flockwire_mocap.completeness import Completeness
 from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame

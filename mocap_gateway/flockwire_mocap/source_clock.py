@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import deque
 from itertools import pairwise
 
-from flockwire.domain.time import SECOND
+from flockwire_core.domain.time import SECOND
 
 DelayPoint = tuple[int, int]  # source time, local minus source time; ns
 

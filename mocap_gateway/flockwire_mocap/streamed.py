@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 
-from flockwire.domain.time import nanoseconds
-from flockwire.swarm.gateway import Gateway
-from flockwire.wire.codec import Message
-from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.status import OTHERS, counted
+from flockwire_core.domain.time import nanoseconds
+from flockwire_core.swarm.gateway import Gateway
+from flockwire_core.wire.codec import Message
+from flockwire_core.wire.keys import MISSION, Key
+from flockwire_core.wire.status import OTHERS, counted
 
 from flockwire_mocap.completeness import Completeness
 from flockwire_mocap.coordinates import Coordinates

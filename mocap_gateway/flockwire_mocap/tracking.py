@@ -6,13 +6,13 @@ from collections.abc import Iterable
 from math import isfinite
 from typing import Final, NamedTuple, Protocol
 
-from flockwire.compiling import mypyc_attr
-from flockwire.domain.quaternion import IDENTITY, Quaternion
-from flockwire.domain.record import Record
-from flockwire.domain.vector import Vector
-from flockwire.wire.codec import Message
-from flockwire.wire.keys import Key
-from flockwire.wire.status import Counts
+from flockwire_core.compiling import mypyc_attr
+from flockwire_core.domain.quaternion import IDENTITY, Quaternion
+from flockwire_core.domain.record import Record
+from flockwire_core.domain.vector import Vector
+from flockwire_core.wire.codec import Message
+from flockwire_core.wire.keys import Key
+from flockwire_core.wire.status import Counts
 
 UNIT_TOLERANCE = 0.02  # of the squared norm: single precision and a tracker's rounding stay far below
 NO_FRAMES = "no frames arrive: does the tracker still stream?"

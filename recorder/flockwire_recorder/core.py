@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from flockwire.process.cores import Ground, Start
-from flockwire.wire.phase import Phase
-from flockwire.wire.status import Report
+from flockwire_core.process.cores import Ground, Start
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.status import Report
 
 PERIOD = 0.02  # s
 

@@ -14,7 +14,7 @@ from datetime import datetime
 from itertools import chain, count, takewhile
 from pathlib import Path
 
-from flockwire.swarm.model import Swarm
+from flockwire_core.swarm.model import Swarm
 from mcap.records import Metadata
 from mcap.writer import MCAP0_MAGIC
 

@@ -5,21 +5,21 @@ from __future__ import annotations
 import logging
 from collections import Counter
 
-from flockwire import clock
-from flockwire.process.stepping import StepCounts
-from flockwire.runtime.ending import Ending, finished, last_resort
-from flockwire.runtime.job import Job, connected
-from flockwire.runtime.refusals import Refusals
-from flockwire.runtime.session import Session
-from flockwire.runtime.shell import status_publisher
-from flockwire.runtime.swarm_clock import SwarmClock
-from flockwire.runtime.ticker import Ticker
-from flockwire.runtime.topics import in_order, recorded_topic
-from flockwire.wire.keys import ROWS
-from flockwire.wire.phase import Phase
-from flockwire.wire.plan import Plan
-from flockwire.wire.schemas import ROS_TYPES
-from flockwire.wire.status import Report, counted
+from flockwire_core import clock
+from flockwire_core.process.stepping import StepCounts
+from flockwire_core.runtime.ending import Ending, finished, last_resort
+from flockwire_core.runtime.job import Job, connected
+from flockwire_core.runtime.refusals import Refusals
+from flockwire_core.runtime.session import Session
+from flockwire_core.runtime.shell import status_publisher
+from flockwire_core.runtime.swarm_clock import SwarmClock
+from flockwire_core.runtime.ticker import Ticker
+from flockwire_core.runtime.topics import in_order, recorded_topic
+from flockwire_core.wire.keys import ROWS
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.schemas import ROS_TYPES
+from flockwire_core.wire.status import Report, counted
 
 from flockwire_recorder.core import PERIOD, RecorderCore
 from flockwire_recorder.full import TraceFullError

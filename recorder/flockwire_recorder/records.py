@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import BinaryIO
 
 import zstandard
-from flockwire.wire import codec as wire
-from flockwire.wire.cdr import MessageError
-from flockwire.wire.keys import ROWS, Key
-from flockwire.wire.plan import Plan
+from flockwire_core.wire import codec as wire
+from flockwire_core.wire.cdr import MessageError
+from flockwire_core.wire.keys import ROWS, Key
+from flockwire_core.wire.plan import Plan
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode

@@ -17,11 +17,11 @@ from itertools import pairwise
 from pathlib import Path
 from tempfile import SpooledTemporaryFile
 
-from flockwire.domain.time import SECOND
-from flockwire.process.faults import Fault, told
-from flockwire.swarm.model import Swarm
-from flockwire.wire.inbox import BURST
-from flockwire.wire.schemas import schema_text
+from flockwire_core.domain.time import SECOND
+from flockwire_core.process.faults import Fault, told
+from flockwire_core.swarm.model import Swarm
+from flockwire_core.wire.inbox import BURST
+from flockwire_core.wire.schemas import schema_text
 
 from flockwire_recorder.chunked import ChunkedWriter
 from flockwire_recorder.full import TraceFullError

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import typer
-from flockwire_cli.kinds import KINDS, parser_of
-from flockwire_cli.main import app
+from flockwire_operator.cli.kinds import KINDS, parser_of
+from flockwire_operator.cli.main import app
 
 HEAD = """# Command line
 

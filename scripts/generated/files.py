@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from flockwire.loading import load_swarm
-from flockwire.wire.plan import Plan
+from flockwire_core.loading import load_swarm
+from flockwire_core.wire.plan import Plan
 from flockwire_deploy.compose import compose_file
 
 from generated.commands import commands_page
@@ -15,12 +15,12 @@ from generated.phases_picture import phases_picture
 from generated.swarm_file import swarm_file_page
 
 ROOT = Path(__file__).parents[2]
-FLIGHT = "swarms/paper_flight.toml"
+FLIGHT = "examples/paper_flight.toml"
 
 
 def files() -> dict[str, str]:
     """Return the content of each generated file."""
-    simulation, flight = (Plan(load_swarm(ROOT / name)) for name in ("swarms/paper_simulation.toml", FLIGHT))
+    simulation, flight = (Plan(load_swarm(ROOT / name)) for name in ("examples/paper_simulation.toml", FLIGHT))
     return {
         "docs/swarm_file.md": swarm_file_page(),
         "docs/reference/commands.md": commands_page(),

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from flockwire.wire.keys import ANY_TIME, TABLE, Delivery, KeyRow
-from flockwire.wire.plan import Plan
-from flockwire.wire.processes import PROCESSES, Link, Process
-from flockwire.wire.schemas import DEFINITIONS, ROS_TYPES
+from flockwire_core.wire.keys import ANY_TIME, TABLE, Delivery, KeyRow
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.processes import PROCESSES, Link, Process
+from flockwire_core.wire.schemas import DEFINITIONS, ROS_TYPES
 
 HEAD = """# Processes, keys and messages
 
-<!-- made by scripts/document from core/flockwire/wire; change that -->
+<!-- made by scripts/document from core/flockwire_core/wire; change that -->
 
 A key is `<swarm>/<owner>/<kind>`, or `<swarm>/<kind>` where all share it; it is also a ROS 2 topic name. A payload is a
 ROS 2 message in CDR. [Architecture](../concepts/architecture.md) explains the most important of them.

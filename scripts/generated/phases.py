@@ -1,12 +1,12 @@
-"""The page of a pilot's phases, from core/flockwire/pilot/transitions.csv."""
+"""The page of a pilot's phases, from core/flockwire_core/pilot/transitions.csv."""
 
 from __future__ import annotations
 
-from flockwire.pilot.transitions import CONDITIONS, PHASES, Transition, transitions
+from flockwire_core.pilot.transitions import CONDITIONS, PHASES, Transition, transitions
 
 HEAD = """# Phases of a pilot
 
-<!-- made by scripts/document from core/flockwire/pilot/transitions.csv; change that -->
+<!-- made by scripts/document from core/flockwire_core/pilot/transitions.csv; change that -->
 
 A pilot (an agent, or the leader) is in one of seven phases. At each step, the first row of the table that names its
 phase, and whose conditions hold, gives the next phase. The same table is the specification for three programs: a test

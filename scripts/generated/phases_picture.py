@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import defaultdict
 from math import hypot
 
-from flockwire.pilot.transitions import PHASES, transitions
-from flockwire.wire.phase import Phase
+from flockwire_core.pilot.transitions import PHASES, transitions
+from flockwire_core.wire.phase import Phase
 
 Point = tuple[float, float]
 ANY = "any phase"

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import get_args
 
-from flockwire.swarm.model import Swarm
-from flockwire.swarm.outline import Entry, entries, explanation, of_field
-from flockwire.swarm.schema import default
-from flockwire.swarm.wording import takes
+from flockwire_core.swarm.model import Swarm
+from flockwire_core.swarm.outline import Entry, entries, explanation, of_field
+from flockwire_core.swarm.schema import default
+from flockwire_core.swarm.wording import takes
 from pydantic import BaseModel
 
 _HEAD = """# The swarm file
 
-<!-- made by scripts/document from the models in core/flockwire/swarm; change those -->
+<!-- made by scripts/document from the models in core/flockwire_core/swarm; change those -->
 
 One TOML file describes a whole swarm. `flockwire init` writes one with comments, `flockwire check` names every mistake.
 Lengths are metres, times seconds, angles radians; the world frame is ENU with Z up. A key without a default must be

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from flockwire.domain.time import SECOND, nanoseconds
+from flockwire_core.domain.time import SECOND, nanoseconds
 
 from flockwire_tello.commands import CommandRule, fits, refused, rule, split_replies, word
 from flockwire_tello.state_string import TelloState, parse_states

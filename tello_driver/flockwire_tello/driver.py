@@ -6,20 +6,20 @@ stops the motors as soon as a stop arrives. It relies on the drone's state, not 
 
 from __future__ import annotations
 
-from flockwire.domain.airframe import Command, FlightState, Telemetry
-from flockwire.domain.marks import Holding, sometimes
-from flockwire.domain.order import Stop
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.domain.vector import ZERO, limit, norm, subtract
-from flockwire.parameters import guard_parameters
-from flockwire.process.cores import Address, Datagram, Start
-from flockwire.process.driving import RETIREMENT, SETTLED, TELEMETRY_PERIOD, TOLERANCE
-from flockwire.process.stepping import next_deadline
-from flockwire.swarm.model import Swarm, uav
-from flockwire.wire.codec import Message
-from flockwire.wire.keys import STOP, Key
-from flockwire.wire.status import Reason, Report, counted
+from flockwire_core.domain.airframe import Command, FlightState, Telemetry
+from flockwire_core.domain.marks import Holding, sometimes
+from flockwire_core.domain.order import Stop
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.domain.vector import ZERO, limit, norm, subtract
+from flockwire_core.parameters import guard_parameters
+from flockwire_core.process.cores import Address, Datagram, Start
+from flockwire_core.process.driving import RETIREMENT, SETTLED, TELEMETRY_PERIOD, TOLERANCE
+from flockwire_core.process.stepping import next_deadline
+from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.wire.codec import Message
+from flockwire_core.wire.keys import STOP, Key
+from flockwire_core.wire.status import Reason, Report, counted
 
 from flockwire_tello.client import TelloClient
 from flockwire_tello.flight_modes import FlightModes, Mode

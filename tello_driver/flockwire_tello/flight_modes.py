@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-from flockwire.domain.airframe import FlightState
-from flockwire.domain.time import SECOND
-from flockwire.wire.status import Reason
+from flockwire_core.domain.airframe import FlightState
+from flockwire_core.domain.time import SECOND
+from flockwire_core.wire.status import Reason
 
 from flockwire_tello.client import CommandOutcome, Finished, TelloClient
 from flockwire_tello.flight_monitor import FlightMonitor

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from flockwire.domain.time import SECOND
-from flockwire.wire.status import Reason
+from flockwire_core.domain.time import SECOND
+from flockwire_core.wire.status import Reason
 
 from flockwire_tello.state_string import TelloState
 

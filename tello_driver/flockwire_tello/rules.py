@@ -5,9 +5,9 @@ from __future__ import annotations
 import ipaddress
 from collections.abc import Iterator
 
-from flockwire.swarm.airframes import TELLO
-from flockwire.swarm.model import Swarm, uav
-from flockwire.swarm.rules import needs
+from flockwire_core.swarm.airframes import TELLO
+from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.swarm.rules import needs
 
 from flockwire_tello.sticks import full_speed
 from flockwire_tello.swarm_file import reached, table_of, tello_addresses

@@ -9,10 +9,10 @@ is about 1 cm/s.
 
 from __future__ import annotations
 
-from flockwire.domain.pose import wrapped, yaw_of
-from flockwire.domain.quaternion import Quaternion
-from flockwire.domain.time import SECOND
-from flockwire.domain.vector import ZERO, Vector
+from flockwire_core.domain.pose import wrapped, yaw_of
+from flockwire_core.domain.quaternion import Quaternion
+from flockwire_core.domain.time import SECOND
+from flockwire_core.domain.vector import ZERO, Vector
 
 from flockwire_tello.sticks import CENTRED, Sticks, stick_values, to_body
 from flockwire_tello.swarm_file import StickGains

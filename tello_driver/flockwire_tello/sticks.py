@@ -13,12 +13,12 @@ import re
 from math import cos, isfinite, sin
 from typing import TYPE_CHECKING, NamedTuple
 
-from flockwire.domain.vector import Vector
+from flockwire_core.domain.vector import Vector
 
 from flockwire_tello.swarm_file import StickGains, tello_keys
 
 if TYPE_CHECKING:
-    from flockwire.swarm.drones import Airframe
+    from flockwire_core.swarm.drones import Airframe
 
 FULL = 100  # largest stick value
 

@@ -10,12 +10,12 @@ import ipaddress
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, NamedTuple
 
-from flockwire.swarm.tables import Model, Port, Positive
+from flockwire_core.swarm.tables import Model, Port, Positive
 from pydantic import Field
 
 if TYPE_CHECKING:
-    from flockwire.swarm.drones import Airframe, Drone
-    from flockwire.swarm.model import Swarm
+    from flockwire_core.swarm.drones import Airframe, Drone
+    from flockwire_core.swarm.model import Swarm
 
 COMMAND_PORT = 8889  # of every Tello
 SPACING = 16  # of base ports: swarms with nearer base ports cannot run at the same time

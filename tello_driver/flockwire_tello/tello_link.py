@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from flockwire.domain.time import SECOND
-from flockwire.process.cores import Address
-from flockwire.wire.status import SERIAL, Reason
+from flockwire_core.domain.time import SECOND
+from flockwire_core.process.cores import Address
+from flockwire_core.wire.status import SERIAL, Reason
 
 from flockwire_tello.client import CommandOutcome, Finished, TelloClient
 from flockwire_tello.flight_monitor import FlightMonitor

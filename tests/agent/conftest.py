@@ -9,22 +9,22 @@ from math import dist, hypot, inf
 from typing import Any
 
 import pytest
-from flockwire.domain.airframe import Command, FlightState, Telemetry
-from flockwire.domain.body import Body, Nearby
-from flockwire.domain.motion import Estimate, LeaderMotion, Leading
-from flockwire.domain.order import Mission, Stop
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND
-from flockwire.domain.vector import Vector, add, limit, scale, subtract
-from flockwire.loading import parse_swarm
-from flockwire.parameters import agent_parameters
-from flockwire.swarm.model import Swarm, uav
-from flockwire.wire.keys import MISSION, STOP, Key
-from flockwire.wire.phase import Phase
-from flockwire.wire.status import Report, Status
 from flockwire_agent.core import AgentCore
-from flockwire_sim.process import Published
-from flockwire_sim.world import World
+from flockwire_core.domain.airframe import Command, FlightState, Telemetry
+from flockwire_core.domain.body import Body, Nearby
+from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
+from flockwire_core.domain.order import Mission, Stop
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND
+from flockwire_core.domain.vector import Vector, add, limit, scale, subtract
+from flockwire_core.loading import parse_swarm
+from flockwire_core.parameters import agent_parameters
+from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.wire.keys import MISSION, STOP, Key
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.status import Report, Status
+from flockwire_lab.process import Published
+from flockwire_lab.world import World
 
 BEGAN = 1_790_000_000 * SECOND
 TICK = SECOND // 100

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from flockwire.control.around import sidestep, way_round
-from flockwire.loading import load_swarm, parse_swarm
-from flockwire.swarm.model import Swarm
-from flockwire_kinematics.airframe import FirstOrderAirframe
+from flockwire_core.control.around import sidestep, way_round
+from flockwire_core.loading import load_swarm, parse_swarm
+from flockwire_core.swarm.model import Swarm
+from flockwire_twins.kinematics.airframe import FirstOrderAirframe
 
-SWARMS = Path(__file__).parents[2] / "swarms"
+SWARMS = Path(__file__).parents[2] / "examples"
 CIRCLING = {"kind": "circle", "radius": 1.4, "rate": 0.1}  # 0.14 m/s
 FAR = [0.0, 20.0]
 

@@ -1,11 +1,11 @@
 from math import hypot
 
 import pytest
-from flockwire.domain.airframe import FlightState
-from flockwire.domain.body import Body, BodyKind
-from flockwire.domain.pose import Pose
-from flockwire.wire.keys import Key
-from flockwire.wire.phase import Phase
+from flockwire_core.domain.airframe import FlightState
+from flockwire_core.domain.body import Body, BodyKind
+from flockwire_core.domain.pose import Pose
+from flockwire_core.wire.keys import Key
+from flockwire_core.wire.phase import Phase
 
 
 def test_on_the_ground_it_reports_what_it_waits_for(cockpit):

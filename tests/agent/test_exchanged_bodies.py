@@ -1,11 +1,11 @@
 """A pose that is another drone's, or nobody's: it is not used, and the drone lands by what is left."""
 
 import pytest
-from flockwire.domain.airframe import FlightState
-from flockwire.domain.body import Body, BodyKind
-from flockwire.domain.vector import add, scale
-from flockwire.wire.phase import Phase
-from flockwire.wire.status import APART
+from flockwire_core.domain.airframe import FlightState
+from flockwire_core.domain.body import Body, BodyKind
+from flockwire_core.domain.vector import add, scale
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.status import APART
 
 SLOW = {"formation.rate": 0.001, "limits.speed": 3.0}
 STILL = (0.0, 0.0, 0.0)

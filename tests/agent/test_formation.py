@@ -3,18 +3,18 @@
 from math import dist
 
 import pytest
-from flockwire.domain.airframe import FlightState, Telemetry
-from flockwire.domain.body import Nearby
-from flockwire.domain.motion import Estimate
-from flockwire.domain.order import Mission
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND
-from flockwire.domain.vector import add, scale
-from flockwire.parameters import agent_parameters
-from flockwire.swarm.model import uav
-from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.phase import Phase
 from flockwire_agent.core import AgentCore
+from flockwire_core.domain.airframe import FlightState, Telemetry
+from flockwire_core.domain.body import Nearby
+from flockwire_core.domain.motion import Estimate
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND
+from flockwire_core.domain.vector import add, scale
+from flockwire_core.parameters import agent_parameters
+from flockwire_core.swarm.model import uav
+from flockwire_core.wire.keys import MISSION, Key
+from flockwire_core.wire.phase import Phase
 
 BEGAN = 1_790_000_000 * SECOND
 

@@ -3,17 +3,17 @@
 from math import dist, hypot
 
 import pytest
-from flockwire.domain.airframe import FlightState
-from flockwire.domain.body import Body, BodyKind
-from flockwire.domain.motion import Leading
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND
-from flockwire.domain.vector import add
-from flockwire.pilot.phases import OUTDATED, SHUTDOWN
-from flockwire.pilot.pilot import DRIVER_LOST
-from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.phase import Phase
-from flockwire.wire.status import APART, LEFT_OUT
+from flockwire_core.domain.airframe import FlightState
+from flockwire_core.domain.body import Body, BodyKind
+from flockwire_core.domain.motion import Leading
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND
+from flockwire_core.domain.vector import add
+from flockwire_core.pilot.phases import OUTDATED, SHUTDOWN
+from flockwire_core.pilot.pilot import DRIVER_LOST
+from flockwire_core.wire.keys import MISSION, Key
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.status import APART, LEFT_OUT
 
 TWO = {"graph.edges": [[0, 1], [0, 2], [1, 2], [2, 3], [3, 4]]}
 STILL = (0.0, 0.0, 0.0)

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 import pytest
 import tomli_w
-from flockwire import law
 from flockwire.law import SECOND, Decision, LawSettings, LeaderMotion, Observation, check_decision
-from flockwire.loading import SwarmFileError
-from flockwire.own_law import make_law
-from flockwire.parameters import law_settings
-from flockwire.swarm.model import Swarm
+from flockwire_core import law
+from flockwire_core.loading import SwarmFileError
+from flockwire_core.own_law import make_law
+from flockwire_core.parameters import law_settings
+from flockwire_core.swarm.model import Swarm
 
 STARTS = [[0.0, 0.0], [1.6, 0.3], [-1.4, 0.2]]
 PLACES = {1: [1.0, 1.0, 0.0], 2: [-1.0, 1.0, 0.0]}
@@ -334,7 +334,7 @@ def test_a_slow_law_is_named_by_check(
     check_law: Callable[..., tuple[int, str, str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     steps = iter(range(0, 10**15, 31_000_000))
-    monkeypatch.setattr("flockwire.clock.monotonic", lambda: next(steps))
+    monkeypatch.setattr("flockwire_core.clock.monotonic", lambda: next(steps))
     status, printed, _ = check_law(GOOD)
     assert status == 0
     assert "a step takes 31 ms here, control.rate_hz = 100 leaves 10 ms: a real flight misses steps" in printed

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from flockwire.control.protocol import control_input
-from flockwire.domain.motion import LeaderMotion, Motion
-from flockwire.domain.time import SECOND
-from flockwire.law import NeighbourEstimate, Observation, Reference, paper_law
-from flockwire.parameters import law_settings
-from flockwire.swarm.model import Swarm
 from flockwire_agent.paper_law import PaperLaw
+from flockwire_core.control.protocol import control_input
+from flockwire_core.domain.motion import LeaderMotion, Motion
+from flockwire_core.domain.time import SECOND
+from flockwire_core.law import NeighbourEstimate, Observation, Reference
+from flockwire_core.parameters import law_settings
+from flockwire_core.swarm.model import Swarm
 
 PAGE = (Path(__file__).parents[2] / "docs" / "own_law.md").read_text(encoding="utf-8")
 
@@ -25,7 +25,7 @@ PAGE = (Path(__file__).parents[2] / "docs" / "own_law.md").read_text(encoding="u
 @pytest.fixture
 def observer(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     """Return the page's module with an observer, importable as my_observer."""
-    (text,) = (block for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL) if "paper_law(" in block)
+    (text,) = (block for block in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL) if "PaperLaw(" in block)
     module = ModuleType("my_observer")
     exec(text, vars(module))
     monkeypatch.setitem(sys.modules, "my_observer", module)
@@ -58,7 +58,7 @@ def test_the_estimate_is_the_observers_and_the_command_that_of_the_papers_protoc
 
 def test_an_observer_may_return_an_array(make_swarm: Callable[..., Swarm]) -> None:
     settings = law_settings(make_swarm(), 1)
-    law = paper_law(settings, lambda *_: np.array([1.0, 2.0, 3.0]))  # type: ignore[arg-type, return-value]
+    law = PaperLaw(settings, lambda *_: np.array([1.0, 2.0, 3.0]))  # type: ignore[arg-type, return-value]
     decision = law.step(observed(LeaderMotion((1.5, 0.0, 1.0)), make_swarm()), SECOND)
     assert decision.estimate is not None
     assert decision.estimate.position == (1.0, 2.0, 3.0)

@@ -4,16 +4,16 @@ from itertools import pairwise
 from math import dist, inf
 
 import pytest
-from flockwire.control.auction import LEAST, highest_price
-from flockwire.domain.bids import NOBODY, Bid, Bids
-from flockwire.domain.motion import LeaderMotion, Motion
-from flockwire.domain.order import Change, Mission
-from flockwire.domain.time import SECOND
-from flockwire.parameters import agent_parameters
-from flockwire.wire.keys import Key
-from flockwire.wire.phase import Phase
-from flockwire.wire.status import NO_PLACE_YET, Report
 from flockwire_agent.place_auction import LISTENING, NEW, REPEAT, SOON, PlaceAuction
+from flockwire_core.control.auction import LEAST, highest_price
+from flockwire_core.domain.bids import NOBODY, Bid, Bids
+from flockwire_core.domain.motion import LeaderMotion, Motion
+from flockwire_core.domain.order import Change, Mission
+from flockwire_core.domain.time import SECOND
+from flockwire_core.parameters import agent_parameters
+from flockwire_core.wire.keys import Key
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.status import NO_PLACE_YET, Report
 
 BORN = 1_790_000_000 * SECOND
 NOW = BORN + 5 * SECOND

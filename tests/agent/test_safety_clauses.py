@@ -8,14 +8,14 @@ from math import inf
 from typing import Any
 
 import pytest
-from flockwire.control import barrier, fence, guard
-from flockwire.control.around.bent_place import BentPlace
-from flockwire.control.around.way_round import WayRound
-from flockwire.control.barrier import sight_speed
-from flockwire.control.safety_filter import nearest_velocity
-from flockwire.domain.vector import ZERO
-from flockwire.parameters import LeaderParameters, leader_parameters
-from flockwire.swarm.model import Swarm
+from flockwire_core.control import barrier, fence, guard
+from flockwire_core.control.around.bent_place import BentPlace
+from flockwire_core.control.around.way_round import WayRound
+from flockwire_core.control.barrier import sight_speed
+from flockwire_core.control.safety_filter import nearest_velocity
+from flockwire_core.domain.vector import ZERO
+from flockwire_core.parameters import LeaderParameters, leader_parameters
+from flockwire_core.swarm.model import Swarm
 
 FAR = [0.0, 9.0]
 FACE_TO_FACE = ([FAR, [-1.5, 0.0], [1.5, 0.0]], {1: [1.5, -9.0, 0.0], 2: [-1.5, -9.0, 0.0]})

@@ -6,15 +6,15 @@ import re
 
 import flockwire_analysis.checks
 import pytest
-from flockwire.domain.order import Mission
-from flockwire.domain.time import SECOND
-from flockwire.loading import SwarmFileError
-from flockwire.swarm.tables import BOUNDED, Checks
-from flockwire.wire.keys import MISSION, Key
 from flockwire_analysis import outcomes
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.report import write_files
 from flockwire_analysis.summary import summarise
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.time import SECOND
+from flockwire_core.loading import SwarmFileError
+from flockwire_core.swarm.tables import BOUNDED, Checks
+from flockwire_core.wire.keys import MISSION, Key
 from recorded_flights import swarm_of
 
 BOUNDS = Checks()

@@ -1,15 +1,15 @@
 """Flights in which a pilot did once what the protocol forbids, and those of the suite in virtual time, which do not."""
 
 import pytest
-from flockwire.domain.airframe import FlightState, Telemetry
-from flockwire.domain.order import Mission
-from flockwire.domain.time import SECOND
-from flockwire.wire.keys import Key
-from flockwire.wire.status import Report, Status
 from flockwire_analysis.collecting import Collector
 from flockwire_analysis.conformance import deviations
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.summary import summarise
+from flockwire_core.domain.airframe import FlightState, Telemetry
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.time import SECOND
+from flockwire_core.wire.keys import Key
+from flockwire_core.wire.status import Report, Status
 from recorded_flights import swarm_of
 
 BEGIN = 1_790_000_000 * SECOND

@@ -4,13 +4,13 @@ import csv
 
 import numpy as np
 import pytest
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND
-from flockwire.wire.keys import Key
 from flockwire_analysis.collecting import Collector
 from flockwire_analysis.export import tables, write_csv, write_parquet
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.summary import summarise
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND
+from flockwire_core.wire.keys import Key
 from pyarrow import parquet
 
 

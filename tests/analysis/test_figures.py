@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from flockwire.domain.time import SECOND
 from flockwire_analysis.events import Event, events
 from flockwire_analysis.figures import animation, distances, errors, motion
 from flockwire_analysis.figures.animation import VIEWS, animate
@@ -20,6 +19,7 @@ from flockwire_analysis.figures.legends import line
 from flockwire_analysis.figures.trajectories import trajectories
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.tracking import Errors, places, reference_velocities, references, velocities
+from flockwire_core.domain.time import SECOND
 from flockwire_recorder.trace import FAULTS
 from matplotlib import rc_context
 from matplotlib.axes import Axes

@@ -3,14 +3,14 @@
 from math import exp
 
 import pytest
-from flockwire.domain.order import Mission
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND
-from flockwire.wire.keys import MISSION, Key
 from flockwire_analysis.collecting import Collector
 from flockwire_analysis.free_places import undisturbed
 from flockwire_analysis.phases import Span
 from flockwire_analysis.tracking import formation_errors, largest_tail
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND
+from flockwire_core.wire.keys import MISSION, Key
 
 T0 = 1_790_000_000 * SECOND
 END = 50.0  # s

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.summary import summarise
-from flockwire_cli.verdict import brief_figures, key_figures
+from flockwire_operator.cli.verdict import brief_figures, key_figures
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from flockwire.domain.body import Body, BodyKind, Nearby, to_axis
-from flockwire.domain.time import SECOND
 from flockwire_analysis import replay as replaying
 from flockwire_analysis.moving_bodies import moving_bodies
 from flockwire_analysis.reading import read_trace
@@ -14,6 +12,8 @@ from flockwire_analysis.replay import flight_data
 from flockwire_analysis.sampled import sampled
 from flockwire_analysis.series import NOWHERE, Columns
 from flockwire_analysis.tracking import places
+from flockwire_core.domain.body import Body, BodyKind, Nearby, to_axis
+from flockwire_core.domain.time import SECOND
 
 STEP = SECOND // 100
 

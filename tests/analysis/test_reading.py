@@ -6,14 +6,14 @@ import sys
 
 import numpy as np
 import pytest
-from flockwire.domain.time import SECOND
-from flockwire.wire.codec import encode
-from flockwire.wire.keys import Key
-from flockwire.wire.phase import Phase
-from flockwire.wire.plan import Plan
-from flockwire.wire.status import Report, Status
 from flockwire_analysis.gaps import beside, longest_gap
 from flockwire_analysis.reading import read_trace
+from flockwire_core.domain.time import SECOND
+from flockwire_core.wire.codec import encode
+from flockwire_core.wire.keys import Key
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.status import Report, Status
 from flockwire_recorder.trace import TraceWriter, describe
 
 T0 = 1_790_000_000_000_000_000
@@ -25,7 +25,7 @@ def writer(tmp_path, swarm_of):
 
 
 def pose(stamp, x):
-    from flockwire.domain.pose import Pose
+    from flockwire_core.domain.pose import Pose
 
     return encode(Pose(stamp, "world", (x, 0.0, 1.0)))
 

@@ -9,10 +9,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from command_line import refused
-from flockwire.domain.time import SECOND
-from flockwire.wire.keys import Key
-from flockwire.wire.plan import Plan
-from flockwire.wire.status import Reason
 from flockwire_analysis import replay as replaying
 from flockwire_analysis.checks import Check
 from flockwire_analysis.observed import MOST_REASONED, TOO_MANY, Shown, append_change, shown
@@ -22,6 +18,10 @@ from flockwire_analysis.sampled import sampled, worst_moments
 from flockwire_analysis.summary import summarise
 from flockwire_analysis.tracking import places, references
 from flockwire_analysis.view import FOLDER
+from flockwire_core.domain.time import SECOND
+from flockwire_core.wire.keys import Key
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.status import Reason
 from page_reader import Hostile
 
 LARGEST = 10_000_000  # bytes: the bound of the issue for 60 s of five drones

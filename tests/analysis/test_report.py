@@ -7,10 +7,6 @@ import sys
 from dataclasses import replace
 
 import pytest
-from flockwire.control.graph import Graph
-from flockwire.domain.order import Stop
-from flockwire.wire.plan import Plan
-from flockwire.wire.status import Report
 from flockwire_analysis.checks import Check
 from flockwire_analysis.figures.drawing import Picture
 from flockwire_analysis.graph_picture import graph_picture
@@ -18,6 +14,10 @@ from flockwire_analysis.latency import Percentiles
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.report import page, render, write_report
 from flockwire_analysis.summary import summarise
+from flockwire_core.control.graph import Graph
+from flockwire_core.domain.order import Stop
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.status import Report
 from flockwire_recorder.trace import TraceWriter, describe
 from jinja2 import UndefinedError
 from page_reader import Hostile, Page

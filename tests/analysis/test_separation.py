@@ -4,9 +4,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from flockwire.domain.time import SECOND
 from flockwire_analysis.separation import nearest_drones, nearest_to, pair_distances
 from flockwire_analysis.series import Series
+from flockwire_core.domain.time import SECOND
 
 TIMES = np.array([1, 2], np.int64) * SECOND // 20
 

@@ -5,14 +5,14 @@ from math import cos, exp, hypot, sin
 
 import numpy as np
 import pytest
-from flockwire.domain.order import Mission
-from flockwire.domain.time import SECOND
-from flockwire.swarm.tables import Obstacle
-from flockwire.wire.keys import Key
 from flockwire_analysis.phases import offsets
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.separation import surface_distance
 from flockwire_analysis.summary import summarise
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.time import SECOND
+from flockwire_core.swarm.tables import Obstacle
+from flockwire_core.wire.keys import Key
 
 KEYS = [
     "duration_s", "mission_start_ns", "drones", "left_out", "observation_error_m", "formation_error_m",

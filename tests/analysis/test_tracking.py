@@ -1,9 +1,9 @@
 """What is not recorded is not known: no position is made up across a gap."""
 
 import numpy as np
-from flockwire.domain.time import SECOND, nanoseconds
 from flockwire_analysis.series import Series
 from flockwire_analysis.tracking import SILENCE, interpolated
+from flockwire_core.domain.time import SECOND, nanoseconds
 
 
 def series(*seconds):

@@ -7,8 +7,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
-from flockwire.security.pki import make_keys
-from flockwire.wire.plan import Plan
+from flockwire_core.security.pki import make_keys
+from flockwire_core.wire.plan import Plan
 from hypothesis import strategies as st
 
 

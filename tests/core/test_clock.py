@@ -5,10 +5,10 @@ import subprocess
 import sys
 
 import pytest
-from flockwire import clock
-from flockwire.clock import EPOCH, FIRST_SETTING, SteadyClock, epoch_environment
-from flockwire.domain.time import SECOND
-from flockwire.runtime.session import Session
+from flockwire_core import clock
+from flockwire_core.clock import EPOCH, FIRST_SETTING, SteadyClock, epoch_environment
+from flockwire_core.domain.time import SECOND
+from flockwire_core.runtime.session import Session
 
 
 class Machine:
@@ -75,7 +75,7 @@ def test_a_process_started_after_a_step_has_the_time_of_those_before_it(machine)
 
 
 def test_a_child_is_given_the_time_of_its_parent():
-    ask = "import json; from flockwire import clock; print(json.dumps([clock.epoch_environment(), clock.now()]))"
+    ask = "import json; from flockwire_core import clock; print(json.dumps([clock.epoch_environment(), clock.now()]))"
     shifted = {EPOCH: str(int(epoch_environment()[EPOCH]) + 5 * SECOND)}
     for given, ahead in ((epoch_environment(), 0), (shifted, 5), ({EPOCH: "junk"}, 0)):
         done = subprocess.run([sys.executable, "-c", ask], env=given, capture_output=True, check=True, timeout=30)

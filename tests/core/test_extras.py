@@ -6,7 +6,7 @@ import sys
 from importlib.metadata import packages_distributions
 
 import pytest
-from flockwire import extras
+from flockwire_core import extras
 
 NAMES = ("parquet", "study", "qualisys", "vicon", "gamepad", "foxglove")
 

@@ -2,14 +2,14 @@ import datetime
 from pathlib import Path
 
 import pytest
-from flockwire.loading import SwarmFileError, load_swarm, parse_swarm, read_swarm
-from flockwire.process.fault_file import load_faults
-from flockwire.swarm.model import Swarm
-from flockwire.swarm.reading import CONTROLS, LARGEST_TOML
-from flockwire.wire.plan import Plan
-from flockwire_sim.study.file import Study, load_study
+from flockwire_core.loading import SwarmFileError, load_swarm, parse_swarm, read_swarm
+from flockwire_core.process.fault_file import load_faults
+from flockwire_core.swarm.model import Swarm
+from flockwire_core.swarm.reading import CONTROLS, LARGEST_TOML
+from flockwire_core.wire.plan import Plan
+from flockwire_lab.study.file import Study, load_study
 
-SHIPPED = sorted((Path(__file__).parents[2] / "swarms").glob("*.toml"))
+SHIPPED = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 FRAMES = "t,drone,x,y,z\n0,1,1,0,0\n9,1,2,0,0\n0,2,0,1,0\n0,3,-1,0,0\n0,4,0,-1,0\n"
 BASE = """
 name = "flock"

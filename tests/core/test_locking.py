@@ -5,9 +5,9 @@ import fcntl
 import os
 
 import pytest
-from flockwire.locking import EXCLUSIVE, NOW, SHARED, is_held, lock, opened
-from flockwire.security.files import hold, in_use
-from flockwire.security.pki import make_keys
+from flockwire_core.locking import EXCLUSIVE, NOW, SHARED, is_held, lock, opened
+from flockwire_core.security.files import hold, in_use
+from flockwire_core.security.pki import make_keys
 
 FLOCK = fcntl.flock
 

@@ -1,8 +1,8 @@
 """What cores fly by comes from the swarm file, key by key."""
 
 import pytest
-from flockwire.control.trajectory import Circling
-from flockwire.parameters import (
+from flockwire_core.control.trajectory import Circling
+from flockwire_core.parameters import (
     agent_parameters,
     course_parameters,
     leader_parameters,
@@ -10,7 +10,7 @@ from flockwire.parameters import (
     tracked_parameters,
     virtual_parameters,
 )
-from flockwire.swarm.laws import BUILT_IN
+from flockwire_core.swarm.laws import BUILT_IN
 
 RATE = {"control.rate_hz": 50}
 AIRFRAME = {"airframes.kinematics": {"lag": 0.25, "dead_time": 0.1}}

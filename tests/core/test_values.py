@@ -15,18 +15,18 @@ from collections.abc import Callable
 
 import pytest
 from build_hook import ROOT, compiled_files
-from flockwire.control.formation import Line
-from flockwire.control.formation_change import FormationChange
-from flockwire.control.graph import Graph
-from flockwire.control.trajectory import Waypoints
-from flockwire.domain.record import Record
-from flockwire.loading import load_swarm
-from flockwire.process.faults import Kill
-from flockwire.swarm.model import Swarm
-from flockwire.wire.keys import Key
+from flockwire_core.control.formation import Line
+from flockwire_core.control.formation_change import FormationChange
+from flockwire_core.control.graph import Graph
+from flockwire_core.control.trajectory import Waypoints
+from flockwire_core.domain.record import Record
+from flockwire_core.loading import load_swarm
+from flockwire_core.process.faults import Kill
+from flockwire_core.swarm.model import Swarm
+from flockwire_core.wire.keys import Key
 
 PLAIN = {int: 1, float: 1.5, str: "a", bool: True, bytes: b"a", object: "a", type(None): None, typing.Any: "a"}
-ROW, FLOWN = Line(2, 1.0, 0.0, 0.5), load_swarm(ROOT / "swarms/paper_simulation.toml")
+ROW, FLOWN = Line(2, 1.0, 0.0, 0.5), load_swarm(ROOT / "examples/paper_simulation.toml")
 EXAMPLES = {
     Graph: Graph((1, 2), ((0, 1, 1.0), (1, 2, 0.5))),
     FormationChange: FormationChange(ROW, (0, 1), ROW, (1, 0), 3.0, 2.0),
@@ -53,7 +53,7 @@ def is_value(node):
 
 
 CLASSES = {f"{module}.{node.name}": (module, node) for module, node in value_classes()}
-del CLASSES["flockwire_sim.process.Published"]  # its sample is a delivery, not a value
+del CLASSES["flockwire_lab.process.Published"]  # its sample is a delivery, not a value
 
 
 def fields(node):

@@ -16,7 +16,7 @@ import yaml
 from bundles import BOTH, HOSTS
 from command_line import refused
 from flockwire_deploy.units import key_files, units
-from flockwire_station.host import Host
+from flockwire_operator.station.host import Host
 
 
 @pytest.fixture(params=["peers", "router"])
@@ -41,7 +41,7 @@ def test_a_hosts_units_run_what_up_starts_there_with_the_same_arguments(plan):
             dated = ["--dated"] if plan.rows[identity].records else []
             started = [*Host(plan, file, host, out, Path("%d")).command_line(identity), *dated]
             assert ["/prefix/bin/flockwire", *started[4:]] == line.split()
-            assert started[:4] == [sys.executable, "-P", "-m", "flockwire_cli"]
+            assert started[:4] == [sys.executable, "-P", "-m", "flockwire_operator"]
     assert sorted(seen) == sorted(plan.started)
 
 

@@ -82,7 +82,7 @@ def test_tests_leave_the_users_environment_alone(clone):
 
 
 def test_who_edits_a_source_is_told_and_flies_the_edit(clone):
-    file = clone.root / "cli/flockwire_cli/entry.py"
+    file = clone.root / "operator/flockwire_operator/cli/entry.py"
     assert "\r" not in file.read_text()
     file.write_text(file.read_text().replace('print(f"flockwire {', 'print(f"edited {'))
     told = clone.run(clone.program("flockwire"), "check", "mine.toml", environment=clone.plain)
@@ -103,5 +103,5 @@ def test_a_compiler_that_is_installed_later_compiles(clone):
         (wheel / made.name).touch()
     assert clone.run(clone.root / "scripts/fly", "--help").returncode == 0
     assert (clone.root / ".venv/flockwire-made").read_text() == "compiled\n"
-    line = (clone.program("python"), "-P", "-c", "import flockwire.clock; print(flockwire.clock.__file__)")
+    line = (clone.program("python"), "-P", "-c", "import flockwire_core.clock; print(flockwire_core.clock.__file__)")
     assert clone.run(*line, environment=clone.plain).stdout.endswith(".so\n")

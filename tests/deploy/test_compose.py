@@ -2,10 +2,10 @@ from pathlib import Path
 
 import pytest
 import yaml
-from flockwire.loading import load_swarm
-from flockwire.wire.plan import Plan
+from flockwire_core.loading import load_swarm
+from flockwire_core.wire.plan import Plan
 from flockwire_deploy.compose import compose_file, services
-from flockwire_station.host import Host
+from flockwire_operator.station.host import Host
 
 ROOT = Path(__file__).parents[2]
 
@@ -71,6 +71,6 @@ def test_an_order_that_the_file_shows_starts_no_other_service_first(plan):
 
 
 def test_the_papers_folder_is_what_the_command_writes():
-    plan = Plan(load_swarm(ROOT / "swarms" / "paper_simulation.toml"))
+    plan = Plan(load_swarm(ROOT / "examples" / "paper_simulation.toml"))
     written = (ROOT / "deploy" / "paper" / "compose.yaml").read_text(encoding="utf-8")
     assert written == compose_file(plan), "scripts/document writes it again"

@@ -6,7 +6,7 @@ import subprocess
 import pytest
 import tomli_w
 from command_line import refused
-from flockwire.security.files import default_folder, hold
+from flockwire_core.security.files import default_folder, hold
 from flockwire_deploy import compose
 
 ALONE = {"graph.edges": [[0, 1]], "drones": [{"id": i, "start": [3.0 * i, 0.0, 0.0]} for i in range(2)]}

@@ -1,8 +1,8 @@
 from ipaddress import IPv4Network
 
 import pytest
-from flockwire.control.graph import LEADER
-from flockwire.swarm.model import uav
+from flockwire_core.control.graph import LEADER
+from flockwire_core.swarm.model import uav
 from flockwire_deploy.compose import POOL, aboard, networks
 from flockwire_deploy.files import DeployError
 

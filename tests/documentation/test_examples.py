@@ -6,10 +6,10 @@ import re
 from pathlib import Path
 
 import pytest
-from flockwire.loading import load_swarm
-from flockwire.process.fault_file import load_faults
-from flockwire.wire.plan import Plan
-from flockwire_sim.study.file import Study, load_study
+from flockwire_core.loading import load_swarm
+from flockwire_core.process.fault_file import load_faults
+from flockwire_core.wire.plan import Plan
+from flockwire_lab.study.file import Study, load_study
 from PIL import Image
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

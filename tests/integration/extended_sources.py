@@ -30,7 +30,7 @@ class ExtendedSources:
 
     def flockwire(self, *arguments: object, status: tuple[int, ...] = (0,)) -> str:
         """Run the copy's `flockwire`, which must end with one of `status`; return what it printed, errors too."""
-        line = [sys.executable, "-m", "flockwire_cli", *map(str, arguments)]
+        line = [sys.executable, "-m", "flockwire_operator", *map(str, arguments)]
         done = subprocess.run(line, capture_output=True, text=True, timeout=300, env=self._environment, check=False)
         assert done.returncode in status, done.stdout + done.stderr
         assert "Traceback" not in done.stderr

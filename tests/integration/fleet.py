@@ -17,20 +17,20 @@ from typing import Any
 import psutil
 import pytest
 import zenoh
-from flockwire import clock
-from flockwire.domain.order import Mission
-from flockwire.loading import load_swarm
-from flockwire.runtime.session import RouterAbsentError, Session
-from flockwire.security.files import Credentials
-from flockwire.security.pki import make_keys
-from flockwire.wire.keys import MISSION
-from flockwire.wire.plan import Plan
-from flockwire.wire.processes import DRONE_PORTS, OPERATOR, SINGLE_PORTS
-from flockwire.wire.status import Status
-from flockwire_probe.attackers import Attacker, attacker_configuration, open_to
-from flockwire_station.host import Host
+from flockwire_core import clock
+from flockwire_core.domain.order import Mission
+from flockwire_core.loading import load_swarm
+from flockwire_core.runtime.session import RouterAbsentError, Session
+from flockwire_core.security.files import Credentials
+from flockwire_core.security.pki import make_keys
+from flockwire_core.wire.keys import MISSION
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.processes import DRONE_PORTS, OPERATOR, SINGLE_PORTS
+from flockwire_core.wire.status import Status
+from flockwire_lab.probe.attackers import Attacker, attacker_configuration, open_to
+from flockwire_operator.station.host import Host
 
-SWARMS = Path(__file__).parents[2] / "swarms"
+SWARMS = Path(__file__).parents[2] / "examples"
 CONTROL_RATE = 0.5  # share of the steps that a flight passes with on a busy machine
 PATIENCE = 60.0  # s that a busy machine may take to do what a test waits for
 PORTS_NEEDED = SINGLE_PORTS + 5 * DRONE_PORTS  # of a swarm of up to five drones, ids 0 to 4; as many below them
@@ -192,7 +192,7 @@ class Tower:
 
 def flockwire(*arguments: str | Path, **options: object) -> subprocess.Popen[str]:
     """Start a `flockwire` command."""
-    line = [sys.executable, "-m", "flockwire_cli", *(str(argument) for argument in arguments)]
+    line = [sys.executable, "-m", "flockwire_operator", *(str(argument) for argument in arguments)]
     swarm_file = next((a for a in arguments if isinstance(a, Path) and a.suffix == ".toml"), None)
     if swarm_file is not None and arguments[0] != "sim" and "--keys" not in arguments:
         line += ["--out" if arguments[0] == "keys" else "--keys", str(keys_of(swarm_file))]

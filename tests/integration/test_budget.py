@@ -1,11 +1,11 @@
-"""What flights cost stays within the budget: whoever raises a limit says why in bench/budget.toml."""
+"""What flights cost stays within the budget: whoever raises a limit says why in lab/bench/budget.toml."""
 
 import sys
 
 import pytest
 from budget import budgets, counted
 
-IN_FLIGHT = {"system calls of an agent in flight, a second"}  # counted by bench/budget.py --flight alone
+IN_FLIGHT = {"system calls of an agent in flight, a second"}  # counted by lab/bench/budget.py --flight alone
 
 pytestmark = pytest.mark.skipif(sys.version_info[:2] != (3, 11), reason="the budget is of Python 3.11")
 
@@ -13,7 +13,7 @@ pytestmark = pytest.mark.skipif(sys.version_info[:2] != (3, 11), reason="the bud
 def test_each_figure_is_within_its_budget():
     found, limits = counted(), budgets()
     above = {name: figure for name, figure in found.items() if figure > limits[name].most}
-    assert not above, f"above bench/budget.toml: {above}"
+    assert not above, f"above lab/bench/budget.toml: {above}"
 
 
 def test_each_limit_has_a_reason_and_is_compared():

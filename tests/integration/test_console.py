@@ -12,8 +12,8 @@ import psutil
 import pytest
 from chromium import PROGRAM, browser
 from fleet import PATIENCE, free_ports
-from flockwire.loading import load_swarm
-from flockwire.wire.plan import Plan
+from flockwire_core.loading import load_swarm
+from flockwire_core.wire.plan import Plan
 from foxglove_viewer import viewing
 
 pytestmark = pytest.mark.long
@@ -25,7 +25,7 @@ README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
 def begin(folder, *arguments):
     """Start a command; its output goes to a file named by its first argument."""
     with (folder / f"{arguments[0]}.log").open("w") as log:
-        line = [sys.executable, "-m", "flockwire_cli", *map(str, arguments)]
+        line = [sys.executable, "-m", "flockwire_operator", *map(str, arguments)]
         return psutil.Popen(line, cwd=folder, stdout=log, stderr=log)
 
 
@@ -46,7 +46,7 @@ def flying(tmp_path):
     """Start a swarm and its console; yields the folder, a function that starts the console, and its link."""
     base, text = free_ports(), re.search(r"```toml\n(.*?)```", README, re.DOTALL)[1]
     (tmp_path / "mine.toml").write_text(f"{text}\n[network]\nbase_port = {base}\n")
-    keys = [sys.executable, "-m", "flockwire_cli", "keys", "mine.toml"]
+    keys = [sys.executable, "-m", "flockwire_operator", "keys", "mine.toml"]
     subprocess.run(keys, cwd=tmp_path, check=True, capture_output=True)
     started = [begin(tmp_path, "up", "mine.toml", "--duration", "0", "--headless", "--out", "out")]
 

@@ -1,4 +1,4 @@
-"""What bench/cost.py reads of the system and of a tree."""
+"""What lab/bench/cost.py reads of the system and of a tree."""
 
 import os
 import subprocess

@@ -58,7 +58,7 @@ def begin(folder, words):
     if words[0] == "flockwire":
         whole = "--faults" in words or ("--host" in words and "--duration" not in words)
         shorter = [] if whole else SHORTER.get(words[1], [])
-        line = [sys.executable, "-m", "flockwire_cli", *words[1:], *shorter]
+        line = [sys.executable, "-m", "flockwire_operator", *words[1:], *shorter]
     else:
         line = [sys.executable, *words[1:]]
     return subprocess.Popen(

@@ -12,11 +12,11 @@ from pathlib import Path
 
 import pytest
 from extended_sources import ExtendedSources
-from flockwire.domain.airframe import Telemetry
-from flockwire.domain.pose import Pose, yaw_of
-from flockwire.process.driving import CONTACT
-from flockwire.wire.codec import decode
-from flockwire.wire.status import Reason, Status
+from flockwire_core.domain.airframe import Telemetry
+from flockwire_core.domain.pose import Pose, yaw_of
+from flockwire_core.process.driving import CONTACT
+from flockwire_core.wire.codec import decode
+from flockwire_core.wire.status import Reason, Status
 from mcap.reader import make_reader
 
 ROW = """
@@ -38,7 +38,7 @@ AIRFRAMES = (BLIMP, """
 TABLES = '''
 """What a swarm file has for blimps."""
 
-from flockwire.swarm.tables import Model, Positive
+from flockwire_core.swarm.tables import Model, Positive
 
 
 class Blimp(Model):
@@ -69,8 +69,8 @@ SIMULATED = '''
 from math import cos, exp, sin
 from struct import pack, unpack
 
-from flockwire.process.cores import Datagram
-from flockwire.process.driving import CONTACT
+from flockwire_core.process.cores import Datagram
+from flockwire_core.process.driving import CONTACT
 
 from flockwire_blimp.tables import places
 
@@ -130,15 +130,15 @@ DRIVER = '''
 from math import atan2, cos, hypot, sin
 from struct import pack, unpack
 
-from flockwire.domain.airframe import Command, FlightState, Telemetry
-from flockwire.domain.order import Stop
-from flockwire.domain.pose import Pose, wrapped, yaw_of
-from flockwire.domain.time import SECOND
-from flockwire.process.cores import Datagram
-from flockwire.process.driving import CONTACT, RETIREMENT, TELEMETRY_PERIOD
-from flockwire.swarm.model import uav
-from flockwire.wire.keys import STOP, Key
-from flockwire.wire.status import Reason, Report
+from flockwire_core.domain.airframe import Command, FlightState, Telemetry
+from flockwire_core.domain.order import Stop
+from flockwire_core.domain.pose import Pose, wrapped, yaw_of
+from flockwire_core.domain.time import SECOND
+from flockwire_core.process.cores import Datagram
+from flockwire_core.process.driving import CONTACT, RETIREMENT, TELEMETRY_PERIOD
+from flockwire_core.swarm.model import uav
+from flockwire_core.wire.keys import STOP, Key
+from flockwire_core.wire.status import Reason, Report
 
 from flockwire_blimp.tables import places
 
@@ -240,7 +240,7 @@ heading = 1.5
 @pytest.fixture
 def flockwire(tmp_path: Path) -> Callable[..., str]:
     """Return what runs `flockwire` of the copy with the blimp."""
-    edits = (("core/flockwire/swarm/airframes.py", "\nAIRFRAMES = (", ROW),)
+    edits = (("core/flockwire_core/swarm/airframes.py", "\nAIRFRAMES = (", ROW),)
     parts = {"__init__": "", "tables": TABLES, "simulated": SIMULATED, "driver": DRIVER}
     files = {f"blimp_driver/flockwire_blimp/{name}.py": text for name, text in parts.items()}
     return ExtendedSources(tmp_path / "tree", edits, files).flockwire

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 from extended_sources import ExtendedSources
 from fleet import keys_of
-from flockwire.wire.codec import decode
-from flockwire.wire.status import Status
+from flockwire_core.wire.codec import decode
+from flockwire_core.wire.status import Status
 from mcap.reader import make_reader
 
 PROCESS_ROW = """
@@ -27,10 +27,10 @@ TABLE = (
 CORE = '''
 """A weather station without clock, input or output."""
 
-from flockwire.process.cores import Ground
-from flockwire.wire.keys import Key
-from flockwire.domain.airframe import Command
-from flockwire.wire.status import Report
+from flockwire_core.process.cores import Ground
+from flockwire_core.wire.keys import Key
+from flockwire_core.domain.airframe import Command
+from flockwire_core.wire.status import Report
 
 
 class WeatherCore(Ground):
@@ -58,11 +58,15 @@ def make_core(start):
 @pytest.fixture
 def flockwire(tmp_path: Path) -> Callable[..., str]:
     """Return what runs `flockwire` of the copy with the weather station."""
-    wire = "core/flockwire/wire"
+    wire = "core/flockwire_core/wire"
     edits = (
         (f"{wire}/processes.py", "\nPROCESSES = (", PROCESS_ROW),
         (f"{wire}/keys.py", "\nTABLE = (\n", KEY_ROW),
-        (f"{wire}/keys.py", "\nTIME_REQUEST = ", "\nfrom flockwire.wire.processes import WEATHER\n\nTIME_REQUEST = "),
+        (
+            f"{wire}/keys.py",
+            "\nTIME_REQUEST = ",
+            "\nfrom flockwire_core.wire.processes import WEATHER\n\nTIME_REQUEST = ",
+        ),
     )
     files = {"weather/flockwire_weather/__init__.py": "", "weather/flockwire_weather/core.py": CORE}
     return ExtendedSources(tmp_path / "tree", edits, files).flockwire

@@ -23,7 +23,7 @@ def run(tmp_path):
     """Run a command in a folder that has the newcomer's files; returns what it printed."""
 
     def run(*arguments, status=0):
-        line = [sys.executable, "-m", "flockwire_cli", *map(str, arguments)]
+        line = [sys.executable, "-m", "flockwire_operator", *map(str, arguments)]
         environment = os.environ | {"PYTHONPATH": "."}  # as docs/own_law.md has it
         done = subprocess.run(line, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
         assert done.returncode == status, done.stdout + done.stderr

@@ -17,12 +17,12 @@ from pathlib import Path
 import pytest
 import zenoh
 from fleet import Fleet, Tower, copy_swarm, processes_of
-from flockwire import clock
-from flockwire.security.pki import make_keys
-from flockwire.wire.batch import decode_batch
-from flockwire.wire.inbox import attachment, read_attachment
-from flockwire.wire.keys import BATCH, MISSION, ROWS, Key
-from flockwire.wire.status import Status
+from flockwire_core import clock
+from flockwire_core.security.pki import make_keys
+from flockwire_core.wire.batch import decode_batch
+from flockwire_core.wire.inbox import attachment, read_attachment
+from flockwire_core.wire.keys import BATCH, MISSION, ROWS, Key
+from flockwire_core.wire.status import Status
 
 FOLLOWERS = ("uav1", "uav2", "uav3", "uav4")
 CIRCLE = 'kind = "circle"\nradius = 0.5\nrate = 0.2'  # a leader that stays clear of obstacle and fence

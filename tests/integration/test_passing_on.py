@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 import zenoh
 from fleet import Fleet
-from flockwire.loading import load_swarm
-from flockwire.wire.plan import Plan
+from flockwire_core.loading import load_swarm
+from flockwire_core.wire.plan import Plan
 from ros_graph import bare, free_port
 from waiting import wait_until
 

@@ -14,18 +14,18 @@ from pathlib import Path
 
 import pytest
 from fleet import Fleet, Tower, flockwire
-from flockwire import clock
-from flockwire.domain.time import SECOND
-from flockwire.runtime.refusals import Refusals
-from flockwire.runtime.session import Session
-from flockwire.runtime.shell import Shell, status_publisher
-from flockwire.runtime.swarm_clock import SwarmClock
-from flockwire.swarm.model import uav
-from flockwire.wire.codec import Message
-from flockwire.wire.keys import Key
-from flockwire.wire.status import Report, Status
 from flockwire_analysis.reading import read_trace
-from flockwire_station.host import Host
+from flockwire_core import clock
+from flockwire_core.domain.time import SECOND
+from flockwire_core.runtime.refusals import Refusals
+from flockwire_core.runtime.session import Session
+from flockwire_core.runtime.shell import Shell, status_publisher
+from flockwire_core.runtime.swarm_clock import SwarmClock
+from flockwire_core.swarm.model import uav
+from flockwire_core.wire.codec import Message
+from flockwire_core.wire.keys import Key
+from flockwire_core.wire.status import Report, Status
+from flockwire_operator.station.host import Host
 from waiting import wait_until
 
 MakeSwarm = Callable[..., Path]

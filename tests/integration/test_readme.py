@@ -60,12 +60,12 @@ def test_no_command_needs_what_no_command_before_it_made(page):
 @pytest.mark.long
 def test_each_process_in_its_own_terminal(folder, started):
     def run(*arguments):
-        line = [sys.executable, "-m", "flockwire_cli", *arguments]
+        line = [sys.executable, "-m", "flockwire_operator", *arguments]
         return subprocess.run(line, cwd=folder, capture_output=True, text=True, timeout=PATIENCE, check=False)
 
     def begin(*arguments):
         with (folder / "log").open("ab") as log:
-            line = [sys.executable, "-m", "flockwire_cli", *arguments]
+            line = [sys.executable, "-m", "flockwire_operator", *arguments]
             started.append(psutil.Popen(line, cwd=folder, stdout=log, stderr=log))
 
     keys, *lines, report = section("Each process in its own terminal")

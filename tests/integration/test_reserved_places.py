@@ -9,17 +9,17 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from flockwire import clock
-from flockwire.domain.order import Stop
-from flockwire.loading import load_swarm
-from flockwire.runtime import configuration
-from flockwire.runtime.session import Session
-from flockwire.runtime.subscriptions import Newest
-from flockwire.security.files import files_of
-from flockwire.security.pki import make_keys
-from flockwire.wire.keys import STOP
-from flockwire.wire.plan import Plan
-from flockwire_probe.attackers import Attacker, attacker_configuration
+from flockwire_core import clock
+from flockwire_core.domain.order import Stop
+from flockwire_core.loading import load_swarm
+from flockwire_core.runtime import configuration
+from flockwire_core.runtime.session import Session
+from flockwire_core.runtime.subscriptions import Newest
+from flockwire_core.security.files import files_of
+from flockwire_core.security.pki import make_keys
+from flockwire_core.wire.keys import STOP
+from flockwire_core.wire.plan import Plan
+from flockwire_lab.probe.attackers import Attacker, attacker_configuration
 
 DRIVER, OPERATOR = "kinematics", "operator"
 FOREIGN = 12

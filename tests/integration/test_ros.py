@@ -9,15 +9,15 @@ from signal import SIGKILL
 
 import pytest
 from fleet import PATIENCE, Fleet, Tower, flockwire
-from flockwire import clock
-from flockwire.domain.airframe import Command
-from flockwire.domain.pose import Pose
-from flockwire.ros.graph import data_key
-from flockwire.wire.codec import encode
-from flockwire.wire.status import Status
 from flockwire_analysis.reading import read_trace
-from flockwire_ros.services import services
-from flockwire_ros.topics import all_topics
+from flockwire_core import clock
+from flockwire_core.domain.airframe import Command
+from flockwire_core.domain.pose import Pose
+from flockwire_core.ros.graph import data_key
+from flockwire_core.wire.codec import encode
+from flockwire_core.wire.status import Status
+from flockwire_operator.ros.services import services
+from flockwire_operator.ros.topics import all_topics
 from ros_attacks import GOOD, attack, steer_wrongly
 from ros_graph import ATTACHMENT, Gaps, Sdk, bare, free_port, router
 from waiting import wait_until

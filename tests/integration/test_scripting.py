@@ -15,7 +15,7 @@ from waiting import wait_until
 
 SCRIPT = """
 import asyncio, sys
-from flockwire_scripting import open_swarm
+from flockwire_operator.scripting import open_swarm
 
 async def fly():
     async with open_swarm(sys.argv[1], out=sys.argv[2]) as flight:

@@ -21,7 +21,7 @@ InFlight = Callable[..., tuple[Fleet, Tower]]
 
 PATCHED = """
 import sys
-from flockwire.runtime import configuration
+from flockwire_core.runtime import configuration
 right = configuration.access_control
 
 def wrong(plan, identity):
@@ -34,7 +34,7 @@ def wrong(plan, identity):
 
 configuration.access_control = wrong
 sys.argv[0] = "flockwire"
-from flockwire_cli.entry import main
+from flockwire_operator.cli.entry import main
 main()
 """
 

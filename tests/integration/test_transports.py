@@ -1,4 +1,4 @@
-"""The transports that bench/transport.py compares, and the traffic that its floor repeats."""
+"""The transports that lab/bench/transport.py compares, and the traffic that its floor repeats."""
 
 import os
 from itertools import count
@@ -9,10 +9,10 @@ import pytest
 import transport
 import transports
 from counting import PAPER
-from flockwire import clock
-from flockwire.loading import load_swarm
-from flockwire_sim.flight import TraceFile
-from flockwire_sim.world import World
+from flockwire_core import clock
+from flockwire_core.loading import load_swarm
+from flockwire_lab.flight import TraceFile
+from flockwire_lab.world import World
 from transports import OURS, PLAIN, Place
 
 
@@ -27,7 +27,7 @@ def free_ports(monkeypatch):
 def test_what_is_not_installed_is_named_with_what_installs_it():
     with mock.patch.object(transports, "find_spec", return_value=None), mock.patch("shutil.which", return_value=None):
         lacking = {one.name: one.lacks for one in transports.transports() if one.lacks}
-    install = "uv pip install --python .venv-dev -r bench/requirements.txt"
+    install = "uv pip install --python .venv-dev -r lab/bench/requirements.txt"
     dds, mqtt = install, f"{install}; apt-get install mosquitto"
     assert lacking == {"DDS Security": dds, "MQTT, TLS": mqtt, "CycloneDDS": dds, "MQTT": mqtt}
 

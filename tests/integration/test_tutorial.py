@@ -59,7 +59,9 @@ def test_every_command_runs_in_order(tmp_path):
             key, _, value = words[1].partition("=")
             environment[key] = value
             continue
-        line = {"flockwire": [sys.executable, "-m", "flockwire_cli"], "python": [sys.executable]}[words[0]] + words[1:]
+        line = {"flockwire": [sys.executable, "-m", "flockwire_operator"], "python": [sys.executable]}[
+            words[0]
+        ] + words[1:]
         if words[1] == "study":
             line += ["--runs", "1", "--jobs", "1"]
         done = subprocess.run(line, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)

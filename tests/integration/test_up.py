@@ -14,9 +14,9 @@ from pathlib import Path
 
 import pytest
 from fleet import Tower, agree, flockwire, keys_of, processes_of
-from flockwire.loading import load_swarm
-from flockwire.wire.plan import Plan
-from flockwire.wire.status import Status
+from flockwire_core.loading import load_swarm
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.status import Status
 from independent_reader import figures
 from waiting import wait_until
 
@@ -51,7 +51,9 @@ def test_a_flight_converges_and_its_trace_reports_it_as_in_virtual_time(
     assert summary["formation_error_m"]["settled_s"] < 8.0
     assert summary["messages"]["lost"] == 0
     assert summary["messages"]["rejected"] == 0
-    assert all(0.5 < share < 1.05 for share in summary["rate"].values())  # bench/agents.py has how many it should be
+    assert all(
+        0.5 < share < 1.05 for share in summary["rate"].values()
+    )  # lab/bench/agents.py has how many it should be
     for name in PICTURES:
         assert (out / f"{name}.png").stat().st_size > 10_000
     assert "<html" in (out / "report.html").read_text()[:200]

@@ -6,17 +6,17 @@ from collections.abc import Callable
 from math import dist, hypot, inf
 
 import pytest
-from flockwire.control.airframe.first_order_lag import lagged_motion
-from flockwire.domain.airframe import Command, FlightState, Telemetry
-from flockwire.domain.body import Body, BodyKind, Nearby
-from flockwire.domain.order import Mission
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.domain.vector import Vector, add, limit, scale, subtract
-from flockwire.parameters import leader_parameters
-from flockwire.swarm.model import Swarm
-from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.phase import Phase
+from flockwire_core.control.airframe.first_order_lag import lagged_motion
+from flockwire_core.domain.airframe import Command, FlightState, Telemetry
+from flockwire_core.domain.body import Body, BodyKind, Nearby
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.domain.vector import Vector, add, limit, scale, subtract
+from flockwire_core.parameters import leader_parameters
+from flockwire_core.swarm.model import Swarm
+from flockwire_core.wire.keys import MISSION, Key
+from flockwire_core.wire.phase import Phase
 from flockwire_leader.core import FlyingLeader
 
 BEGAN = 1_790_000_000 * SECOND

@@ -1,9 +1,9 @@
 from math import dist, hypot
 
 import pytest
-from flockwire.domain.airframe import FlightState
-from flockwire.domain.vector import add
-from flockwire.wire.phase import Phase
+from flockwire_core.domain.airframe import FlightState
+from flockwire_core.domain.vector import add
+from flockwire_core.wire.phase import Phase
 
 STILL = (0.0, 0.0, 0.0)
 

@@ -7,12 +7,12 @@ from math import dist, exp, hypot, sin
 from typing import Any
 
 import pytest
-from flockwire.control.airframe.disturbance import DisturbedAirframe
-from flockwire.control.airframe.first_order_lag import lagged_motion
-from flockwire.domain.body import Body, BodyKind
-from flockwire.domain.vector import ZERO, Vector, add, scale, subtract
-from flockwire.parameters import course_parameters
-from flockwire.wire.phase import Phase
+from flockwire_core.control.airframe.disturbance import DisturbedAirframe
+from flockwire_core.control.airframe.first_order_lag import lagged_motion
+from flockwire_core.domain.body import Body, BodyKind
+from flockwire_core.domain.vector import ZERO, Vector, add, scale, subtract
+from flockwire_core.parameters import course_parameters
+from flockwire_core.wire.phase import Phase
 from flockwire_leader.course import CATCH_UP, SLACK, Course
 from hypothesis import given
 from hypothesis import strategies as st
@@ -122,7 +122,7 @@ def test_it_gets_round_an_obstacle_on_its_path_and_reaches_the_end(flying: Calla
 def test_without_the_sidestep_it_stays_in_front_of_the_obstacle(
     flying: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("flockwire.control.around.sidestep.sidestep", lambda wanted, *_: wanted)
+    monkeypatch.setattr("flockwire_core.control.around.sidestep.sidestep", lambda wanted, *_: wanted)
     leader = flying(leg(4.0))
     leader.obstacles = [(add(leader.position, (1.3, 0.0, 0.0)), 0.4)]
     leader.run(15.0)

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
-from flockwire.control import barrier, fence, guard
-from flockwire.domain.vector import ZERO, add
-from flockwire.wire.phase import Phase
+from flockwire_core.control import barrier, fence, guard
+from flockwire_core.domain.vector import ZERO, add
+from flockwire_core.wire.phase import Phase
 
 STRAIGHT = {"avoidance.sidestep_reach": 1e-3}  # it does not turn aside: only the clause is between them
 EAST = {"leader.trajectory.velocity": [0.6, 0.0, 0.0], **STRAIGHT}

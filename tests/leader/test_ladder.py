@@ -3,9 +3,9 @@
 from math import hypot
 
 import pytest
-from flockwire.domain.order import Stop
-from flockwire.wire.keys import STOP
-from flockwire.wire.phase import Phase
+from flockwire_core.domain.order import Stop
+from flockwire_core.wire.keys import STOP
+from flockwire_core.wire.phase import Phase
 
 STILL = (0.0, 0.0, 0.0)
 

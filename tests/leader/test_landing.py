@@ -6,7 +6,7 @@ from random import Random
 from typing import Any
 
 import pytest
-from flockwire.domain.airframe import FlightState
+from flockwire_core.domain.airframe import FlightState
 
 STILL = (0.0, 0.0, 0.0)
 CROWDS = 40

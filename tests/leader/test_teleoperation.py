@@ -3,10 +3,10 @@
 from math import hypot
 
 import pytest
-from flockwire.domain.airframe import Command
-from flockwire.domain.time import SECOND
-from flockwire.wire.keys import STEERING, Key
-from flockwire.wire.phase import Phase
+from flockwire_core.domain.airframe import Command
+from flockwire_core.domain.time import SECOND
+from flockwire_core.wire.keys import STEERING, Key
+from flockwire_core.wire.phase import Phase
 
 TELEOPERATED = {"leader": {"kind": "teleoperated", "speed": 0.5, "acceleration": 1.0}, "control.law": "extended"}
 

@@ -1,9 +1,9 @@
 import pytest
-from flockwire.domain.order import Mission
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND
-from flockwire.parameters import tracked_parameters
-from flockwire.wire.keys import MISSION, Key
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND
+from flockwire_core.parameters import tracked_parameters
+from flockwire_core.wire.keys import MISSION, Key
 from flockwire_leader.tracked import TrackedLeader
 
 BEGAN = 1_790_000_000 * SECOND

@@ -1,12 +1,12 @@
 from math import dist
 
 import pytest
-from flockwire.domain.order import Mission
-from flockwire.domain.time import SECOND
-from flockwire.domain.vector import add
-from flockwire.parameters import virtual_parameters
-from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.phase import Phase
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.time import SECOND
+from flockwire_core.domain.vector import add
+from flockwire_core.parameters import virtual_parameters
+from flockwire_core.wire.keys import MISSION, Key
+from flockwire_core.wire.phase import Phase
 from flockwire_leader.virtual import VirtualLeader
 
 BEGAN = 1_790_000_000 * SECOND

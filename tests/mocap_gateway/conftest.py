@@ -7,9 +7,9 @@ from random import Random
 from typing import Any
 
 import pytest
-from flockwire.domain.time import SECOND
-from flockwire.process.cores import Start
-from flockwire.wire.plan import Plan
+from flockwire_core.domain.time import SECOND
+from flockwire_core.process.cores import Start
+from flockwire_core.wire.plan import Plan
 
 NOW = 1_790_000_000 * SECOND
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 from random import Random
 
 import pytest
-from flockwire.domain.time import nanoseconds
+from flockwire_core.domain.time import nanoseconds
 from flockwire_mocap.completeness import MISSED_FRAMES, Completeness
 from hypothesis import given
 from hypothesis import strategies as st

@@ -1,15 +1,15 @@
 from random import Random
 
 import pytest
-from flockwire.domain.body import Body, BodyKind, Nearby
-from flockwire.domain.order import Mission
-from flockwire.domain.pose import LEVEL, Pose
-from flockwire.domain.time import SECOND
-from flockwire.process.cores import Start
-from flockwire.swarm.model import uav
-from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.plan import Plan
-from flockwire.wire.status import APART, Reason, Report, Status
+from flockwire_core.domain.body import Body, BodyKind, Nearby
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.pose import LEVEL, Pose
+from flockwire_core.domain.time import SECOND
+from flockwire_core.process.cores import Start
+from flockwire_core.swarm.model import uav
+from flockwire_core.wire.keys import MISSION, Key
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.status import APART, Reason, Report, Status
 from flockwire_mocap.core import GatewayCore
 from flockwire_mocap.simulated import SimulatedSource
 from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, unseen

@@ -2,10 +2,10 @@ from itertools import pairwise
 from random import Random
 
 import pytest
-from flockwire.domain.time import SECOND
-from flockwire.swarm.gateway import Twin
+from flockwire_core.domain.time import SECOND
+from flockwire_core.swarm.gateway import Twin
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
-from flockwire_mocap.twin.core import Disturbances
+from flockwire_twins.trackers.core import Disturbances
 
 FRAMES = 4000
 

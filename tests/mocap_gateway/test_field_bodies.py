@@ -1,9 +1,9 @@
 from math import dist
 
 import pytest
-from flockwire.domain.body import Body, BodyKind
-from flockwire.domain.pose import LEVEL
-from flockwire.domain.time import SECOND, nanoseconds
+from flockwire_core.domain.body import Body, BodyKind
+from flockwire_core.domain.pose import LEVEL
+from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_mocap.claim import Claim
 from flockwire_mocap.field_bodies import FEW, FORGET, LEFT, MOST_MOVERS, FieldBodies, Stray, Vicinity
 from hypothesis import given

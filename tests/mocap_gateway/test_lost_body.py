@@ -6,10 +6,10 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from flockwire.domain.body import Body, BodyKind
-from flockwire.domain.pose import LEVEL
-from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.swarm.model import Swarm
+from flockwire_core.domain.body import Body, BodyKind
+from flockwire_core.domain.pose import LEVEL
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.swarm.model import Swarm
 from flockwire_mocap.claim import Claim
 from flockwire_mocap.field_bodies import FEW, FieldBodies
 from flockwire_mocap.lost_body import DRIFT, WAY, drone_spread, person_spread

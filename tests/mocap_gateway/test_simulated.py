@@ -2,14 +2,14 @@ from random import Random
 from statistics import fmean, pstdev
 
 import pytest
-from flockwire.domain.order import Mission
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND
-from flockwire.process.cores import Start
-from flockwire.process.faults import NoiseBurst, TrackerLoss
-from flockwire.swarm.model import uav
-from flockwire.wire.keys import MISSION, Key
-from flockwire.wire.plan import Plan
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND
+from flockwire_core.process.cores import Start
+from flockwire_core.process.faults import NoiseBurst, TrackerLoss
+from flockwire_core.swarm.model import uav
+from flockwire_core.wire.keys import MISSION, Key
+from flockwire_core.wire.plan import Plan
 from flockwire_mocap.simulated import SimulatedSource
 from flockwire_mocap.tracking import ReportedBody
 

@@ -2,7 +2,7 @@ from itertools import pairwise
 from random import Random
 
 import pytest
-from flockwire.domain.time import SECOND
+from flockwire_core.domain.time import SECOND
 from flockwire_mocap.source_clock import SLOPE_BLOCKS, SourceClock, lower_hull
 from hypothesis import given
 from hypothesis import strategies as st

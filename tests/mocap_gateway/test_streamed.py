@@ -1,7 +1,7 @@
 import pytest
-from flockwire.domain.time import SECOND
-from flockwire.swarm.gateway import Gateway
-from flockwire.wire.keys import MISSION
+from flockwire_core.domain.time import SECOND
+from flockwire_core.swarm.gateway import Gateway
+from flockwire_core.wire.keys import MISSION
 from flockwire_mocap.streamed import MOST_NAMED, MOST_SENDERS, StreamedSource
 from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame
 

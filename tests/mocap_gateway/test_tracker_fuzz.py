@@ -2,7 +2,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-FUZZ = Path(__file__).parents[2] / "bench" / "tracker_fuzz.py"
+FUZZ = Path(__file__).parents[2] / "lab/bench" / "tracker_fuzz.py"
 
 
 def test_mutated_packets_raise_nothing():

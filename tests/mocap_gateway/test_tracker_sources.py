@@ -1,19 +1,19 @@
 """What the gateway reports of a tracker that does not deliver, and what it gets from one that does: no sockets."""
 
 import pytest
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.swarm.model import uav
-from flockwire.wire.keys import Key
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.swarm.model import uav
+from flockwire_core.wire.keys import Key
 from flockwire_mocap.core import make_core
 from flockwire_mocap.natnet.packets import Connect, Kind
 from flockwire_mocap.natnet.parsing import parse_request
-from flockwire_mocap.natnet.twin import NatNetTwin, TwinOptions
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
-from flockwire_mocap.twin.core import TwinCore
 from flockwire_mocap.vrpn.connection import VrpnConnection
 from flockwire_mocap.vrpn.reports import SET_BACK
 from flockwire_mocap.vrpn.wire import PoseBody
+from flockwire_twins.trackers.core import TwinCore
+from flockwire_twins.trackers.natnet import NatNetTwin, TwinOptions
 
 NOW = 1_790_000_000 * SECOND
 FRAME = SECOND // 100

@@ -1,7 +1,7 @@
 from datetime import timedelta
 
 import pytest
-from flockwire import clock
+from flockwire_core import clock
 from flockwire_recorder.parts import SAME_FLIGHT, dated_folder, newest_folder
 from flockwire_recorder.trace import TraceWriter, describe
 

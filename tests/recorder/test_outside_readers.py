@@ -5,12 +5,12 @@ from dataclasses import is_dataclass
 
 import numpy as np
 import pytest
-from flockwire.domain.body import BodyKind
-from flockwire.domain.time import SECOND
-from flockwire.process.fault_file import parse_faults
-from flockwire.wire.keys import BATCH, ROWS
-from flockwire_sim.flight import TraceFile
-from flockwire_sim.world import EPOCH, World
+from flockwire_core.domain.body import BodyKind
+from flockwire_core.domain.time import SECOND
+from flockwire_core.process.fault_file import parse_faults
+from flockwire_core.wire.keys import BATCH, ROWS
+from flockwire_lab.flight import TraceFile
+from flockwire_lab.world import EPOCH, World
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader

@@ -8,11 +8,11 @@ import sys
 from datetime import timedelta
 
 import pytest
-from flockwire import clock
-from flockwire.domain.pose import Pose
-from flockwire.wire.codec import encode
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.summary import summarise
+from flockwire_core import clock
+from flockwire_core.domain.pose import Pose
+from flockwire_core.wire.codec import encode
 from flockwire_recorder.parts import SAME_FLIGHT, next_part, parts, same_flight
 from flockwire_recorder.recover import Recovered, recover
 from flockwire_recorder.trace import TraceWriter, describe
@@ -105,7 +105,7 @@ def test_a_recorder_killed_and_restarted_continues_in_its_folder(tmp_path):
     child = {"env": {**os.environ, "FLOCKWIRE_LIFELINE": str(lifeline)}, "pass_fds": (lifeline,)}
 
     def start(kind, *options, **how):
-        command = [sys.executable, "-m", "flockwire_cli", kind, str(swarm), *options]
+        command = [sys.executable, "-m", "flockwire_operator", kind, str(swarm), *options]
         return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, **how)
 
     airframes = start("kinematics", **child)

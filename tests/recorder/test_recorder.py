@@ -7,23 +7,23 @@ from itertools import pairwise
 
 import pytest
 from buffered_session import T0, BufferedSession
-from flockwire.domain.body import Body, BodyKind, Nearby
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND
-from flockwire.ground.fleet import unrecorded
-from flockwire.runtime import job as jobs
-from flockwire.runtime import topics
-from flockwire.runtime.job import Job, serve
-from flockwire.runtime.publishing import Publishing
-from flockwire.wire.batch import MOST, Batch, Entry, decode_batch
-from flockwire.wire.codec import decode, encode
-from flockwire.wire.inbox import ATTACHMENT, BURST
-from flockwire.wire.keys import BATCH, ROWS, Key
-from flockwire.wire.plan import Plan
-from flockwire.wire.status import Status
 from flockwire_analysis import report
 from flockwire_analysis.reading import read_trace
-from flockwire_cli.verdict import conclude
+from flockwire_core.domain.body import Body, BodyKind, Nearby
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND
+from flockwire_core.ground.fleet import unrecorded
+from flockwire_core.runtime import job as jobs
+from flockwire_core.runtime import topics
+from flockwire_core.runtime.job import Job, serve
+from flockwire_core.runtime.publishing import Publishing
+from flockwire_core.wire.batch import MOST, Batch, Entry, decode_batch
+from flockwire_core.wire.codec import decode, encode
+from flockwire_core.wire.inbox import ATTACHMENT, BURST
+from flockwire_core.wire.keys import BATCH, ROWS, Key
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.status import Status
+from flockwire_operator.cli.verdict import conclude
 from flockwire_recorder import process
 from flockwire_recorder.full import TraceFullError
 from flockwire_recorder.process import Recorder

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 import recorded_flights
-from flockwire.domain.pose import Pose
-from flockwire.wire.codec import encode
 from flockwire_analysis.reading import read_trace
+from flockwire_core.domain.pose import Pose
+from flockwire_core.wire.codec import encode
 from flockwire_recorder.full import TraceFullError
 from flockwire_recorder.trace import COUNT_BITS, TraceWriter
 from mcap.reader import make_reader
@@ -73,8 +73,8 @@ import sys, time
 sys.path.insert(0, sys.argv[2])
 from pathlib import Path
 import recorded_flights
-from flockwire.domain.pose import Pose
-from flockwire.wire.codec import encode
+from flockwire_core.domain.pose import Pose
+from flockwire_core.wire.codec import encode
 from flockwire_recorder.trace import COUNT_BITS, TraceWriter, describe
 writer = TraceWriter(Path(sys.argv[1]), describe(recorded_flights.swarm_of(), "", 0, 0))
 payload, k = encode(Pose(1, "world", (1.0, 2.0, 3.0))), 0

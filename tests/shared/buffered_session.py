@@ -3,11 +3,11 @@
 from collections import deque
 from dataclasses import dataclass
 
-from flockwire.domain.time import SECOND
-from flockwire.wire.batch import Batch, Entry
-from flockwire.wire.codec import encode
-from flockwire.wire.inbox import attachment
-from flockwire.wire.keys import BATCH, Key
+from flockwire_core.domain.time import SECOND
+from flockwire_core.wire.batch import Batch, Entry
+from flockwire_core.wire.codec import encode
+from flockwire_core.wire.inbox import attachment
+from flockwire_core.wire.keys import BATCH, Key
 
 T0 = 1_790_000_000 * SECOND  # when a sample was sent
 

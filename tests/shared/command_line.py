@@ -7,8 +7,8 @@ import sys
 from typing import NamedTuple
 
 import pytest
-from flockwire.runtime.refusals import Refusals
-from flockwire_cli import entry
+from flockwire_core.runtime.refusals import Refusals
+from flockwire_operator.cli import entry
 
 
 class Done(NamedTuple):
@@ -38,7 +38,7 @@ class CommandLine:
 
 def interpreter(*arguments: object) -> subprocess.CompletedProcess[str]:
     """Call the command in an interpreter of its own."""
-    line = [sys.executable, "-m", "flockwire_cli", *map(str, arguments)]
+    line = [sys.executable, "-m", "flockwire_operator", *map(str, arguments)]
     return subprocess.run(line, capture_output=True, text=True, timeout=30, check=False)
 
 

@@ -11,21 +11,21 @@ from pathlib import Path
 from random import Random
 
 import pytest
-from flockwire.control.formation import Formation
-from flockwire.domain.airframe import Command, FlightState, Telemetry
-from flockwire.domain.body import Nearby
-from flockwire.domain.motion import Estimate, LeaderMotion
-from flockwire.domain.order import Mission, Stop
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND
-from flockwire.loading import parse_swarm
-from flockwire.pilot.orders import came_down
-from flockwire.swarm.model import Swarm, uav
-from flockwire.wire.codec import Message, encode
-from flockwire.wire.keys import MISSION, ROWS, STOP, Key, key_text
-from flockwire.wire.plan import Plan
-from flockwire.wire.schemas import ROS_TYPES
-from flockwire.wire.status import Report, Status
+from flockwire_core.control.formation import Formation
+from flockwire_core.domain.airframe import Command, FlightState, Telemetry
+from flockwire_core.domain.body import Nearby
+from flockwire_core.domain.motion import Estimate, LeaderMotion
+from flockwire_core.domain.order import Mission, Stop
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND
+from flockwire_core.loading import parse_swarm
+from flockwire_core.pilot.orders import came_down
+from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.wire.codec import Message, encode
+from flockwire_core.wire.keys import MISSION, ROWS, STOP, Key, key_text
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.schemas import ROS_TYPES
+from flockwire_core.wire.status import Report, Status
 from flockwire_recorder.trace import TraceWriter, describe
 
 T0 = 1_790_000_000 * SECOND  # mission time 0

@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 
-from flockwire_relay.relay import Relay
+from flockwire_lab.relay.relay import Relay
 from waiting import until
 
 PATIENCE = 10.0  # s after which a test that waits has failed

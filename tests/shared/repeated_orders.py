@@ -2,8 +2,8 @@
 
 from collections.abc import Iterable
 
-from flockwire.ground.known_orders import KnownOrders
-from flockwire.wire.status import Status
+from flockwire_core.ground.known_orders import KnownOrders
+from flockwire_core.wire.status import Status
 
 
 def repeated(statuses: Iterable[Status]) -> KnownOrders:

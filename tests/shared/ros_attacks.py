@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import zenoh
-from flockwire import clock
-from flockwire.domain.airframe import Command
-from flockwire.ros.graph import data_key
-from flockwire.wire.codec import encode
-from flockwire.wire.keys import key_text
-from flockwire.wire.plan import Plan
-from flockwire_ros.topics import SIM_CLOCK
+from flockwire_core import clock
+from flockwire_core.domain.airframe import Command
+from flockwire_core.ros.graph import data_key
+from flockwire_core.wire.codec import encode
+from flockwire_core.wire.keys import key_text
+from flockwire_core.wire.plan import Plan
+from flockwire_operator.ros.topics import SIM_CLOCK
 from ros_graph import ATTACHMENT
 
 GOOD = ATTACHMENT.pack(1, 1, 16, bytes(16))

@@ -12,9 +12,9 @@ from collections.abc import Iterator
 from typing import Any
 
 import zenoh
-from flockwire.ros.definitions import MESSAGES, SERVICES, TRIGGER
-from flockwire.ros.type_hash import type_hash
-from flockwire.wire import schemas
+from flockwire_core.ros.definitions import MESSAGES, SERVICES, TRIGGER
+from flockwire_core.ros.type_hash import type_hash
+from flockwire_core.wire import schemas
 
 ATTACHMENT = struct.Struct("<qqB16s")
 

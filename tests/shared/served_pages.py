@@ -6,8 +6,8 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 from aiohttp import web
-from flockwire_console.server import Pages
-from flockwire_station.operator import Operator
+from flockwire_operator.console.server import Pages
+from flockwire_operator.station.operator import Operator
 from simulated_pilots import SimulatedSwarm
 
 TOKEN = "token"

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from flockwire import clock
-from flockwire.domain.airframe import FlightState, Telemetry
-from flockwire.domain.order import Mission, Stop
-from flockwire.pilot.orders import Orders
-from flockwire.runtime.subscriptions import Wakeup
-from flockwire.swarm.model import uav
-from flockwire.wire.codec import Message
-from flockwire.wire.inbox import inbox_of
-from flockwire.wire.keys import Key
-from flockwire.wire.phase import Phase
-from flockwire.wire.plan import Plan
-from flockwire.wire.processes import GATEWAY
-from flockwire.wire.status import Report, Status
+from flockwire_core import clock
+from flockwire_core.domain.airframe import FlightState, Telemetry
+from flockwire_core.domain.order import Mission, Stop
+from flockwire_core.pilot.orders import Orders
+from flockwire_core.runtime.subscriptions import Wakeup
+from flockwire_core.swarm.model import uav
+from flockwire_core.wire.codec import Message
+from flockwire_core.wire.inbox import inbox_of
+from flockwire_core.wire.keys import Key
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.processes import GATEWAY
+from flockwire_core.wire.status import Report, Status
 
 GROUND = (Phase.GROUNDED, Phase.READY)
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from flockwire.wire.keys import TABLE, Delivery, Key
-from flockwire.wire.processes import Roster
+from flockwire_core.wire.keys import TABLE, Delivery, Key
+from flockwire_core.wire.processes import Roster
 
 if TYPE_CHECKING:
-    from flockwire.swarm.model import Swarm
+    from flockwire_core.swarm.model import Swarm
 
 RECORDER = "recorder"
 BATCHING = ("gateway", "kinematics", "leader", "uav", "driver")  # how their identities begin

@@ -1,5 +1,5 @@
 import pytest
-from flockwire.domain.time import SECOND, nanoseconds
+from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_tello.client import EMERGENCIES, LONGEST_QUEUE, MOST_OWED, CommandOutcome, TelloClient
 from flockwire_tello.commands import RULES
 from hypothesis import given

@@ -7,20 +7,20 @@ from math import cos, dist, inf, sin
 from random import Random
 
 import pytest
-from flockwire.domain.airframe import Command, FlightState
-from flockwire.domain.order import Stop
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.process.cores import Datagram
-from flockwire.process.driving import RETIREMENT
-from flockwire.wire.keys import STOP, Key
+from flockwire_core.domain.airframe import Command, FlightState
+from flockwire_core.domain.order import Stop
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.process.cores import Datagram
+from flockwire_core.process.driving import RETIREMENT
+from flockwire_core.wire.keys import STOP, Key
 from flockwire_tello.driver import DriverCore, slowest_climb
 from flockwire_tello.flight_monitor import FlightMonitor
-from flockwire_tello.simulated.airframe import AirframeMotion
-from flockwire_tello.simulated.parameters import TelloParameters, switched
-from flockwire_tello.simulated.tello import SimulatedTello
 from flockwire_tello.state_string import format_state
 from flockwire_tello.swarm_file import COMMAND_PORT, tello_addresses
+from flockwire_twins.tello.airframe import AirframeMotion
+from flockwire_twins.tello.parameters import TelloParameters, switched
+from flockwire_twins.tello.tello import SimulatedTello
 
 BEGAN = 1_790_000_000 * SECOND
 TICK = SECOND // 100

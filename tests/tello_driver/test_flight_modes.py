@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from flockwire.domain.airframe import FlightState
-from flockwire.domain.time import SECOND
+from flockwire_core.domain.airframe import FlightState
+from flockwire_core.domain.time import SECOND
 from flockwire_tello.client import TelloClient
 from flockwire_tello.flight_modes import FlightModes
 from flockwire_tello.flight_monitor import FlightMonitor
-from flockwire_tello.simulated.parameters import TelloParameters
-from flockwire_tello.simulated.tello import SimulatedTello
+from flockwire_twins.tello.parameters import TelloParameters
+from flockwire_twins.tello.tello import SimulatedTello
 
 TENTH = SECOND // 10
 STANDING = SimulatedTello(TelloParameters(), 0).state(0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flockwire.domain.time import SECOND
+from flockwire_core.domain.time import SECOND
 from flockwire_tello.flight_monitor import SteadyTime
 
 BEGAN = 1_790_000_000 * SECOND

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from flockwire.domain.airframe import Command, FlightState, Telemetry
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND
-from flockwire.process.driving import RETIREMENT
-from flockwire.wire.keys import Key
-from flockwire_kinematics.core import KinematicsCore
+from flockwire_core.domain.airframe import Command, FlightState, Telemetry
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND
+from flockwire_core.process.driving import RETIREMENT
+from flockwire_core.wire.keys import Key
 from flockwire_tello.driver import DriverCore
-from flockwire_tello.simulated.served import ServedTello
+from flockwire_twins.kinematics.core import KinematicsCore
+from flockwire_twins.tello.served import ServedTello
 
 BEGAN = 1_790_000_000 * SECOND
 TICK = SECOND // 100

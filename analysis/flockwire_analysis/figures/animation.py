@@ -13,7 +13,7 @@ from tempfile import TemporaryFile
 from typing import Any
 
 import numpy as np
-from flockwire.control.graph import LEADER
+from flockwire_core.control.graph import LEADER
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from flockwire.control.graph import LEADER
-from flockwire.domain.time import SECOND
+from flockwire_core.control.graph import LEADER
+from flockwire_core.domain.time import SECOND
 from matplotlib import rc_context
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from flockwire.domain.time import SECOND
+from flockwire_core.domain.time import SECOND
 from matplotlib.axes import Axes
 from matplotlib.ticker import NullLocator
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from flockwire.control.graph import LEADER
+from flockwire_core.control.graph import LEADER
 
 from flockwire_analysis.figures.drawing import INK, Canvas, Picture, thinned
 from flockwire_analysis.figures.legends import legend, line

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from flockwire.control.graph import LEADER
-from flockwire.domain.time import SECOND
+from flockwire_core.control.graph import LEADER
+from flockwire_core.domain.time import SECOND
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgba

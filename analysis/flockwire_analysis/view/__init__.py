@@ -6,7 +6,7 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
-from flockwire.wire.plan import Plan
+from flockwire_core.wire.plan import Plan
 
 FOLDER = Path(__file__).parent
 SCRIPTS = ("pen.js", "camera.js", "scene.js", "chart.js", "panel.js")  # in this order

@@ -8,7 +8,7 @@ import socket
 import sys
 from collections.abc import Callable, Iterator
 
-from flockwire import clock
+from flockwire_core import clock
 
 from flockwire_mocap.natnet.packets import DATA_PORT, GROUP
 from flockwire_mocap.natnet.session import SILENCE, NatNetSession

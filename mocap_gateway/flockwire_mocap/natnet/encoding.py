@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from struct import pack
 
-from flockwire.domain.quaternion import IDENTITY
+from flockwire_core.domain.quaternion import IDENTITY
 
 from flockwire_mocap.natnet.packets import (
     ADJUSTABLE,

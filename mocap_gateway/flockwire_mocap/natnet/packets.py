@@ -10,8 +10,8 @@ from enum import IntEnum
 from struct import Struct
 from typing import NamedTuple
 
-from flockwire.domain.quaternion import Quaternion
-from flockwire.domain.vector import Vector
+from flockwire_core.domain.quaternion import Quaternion
+from flockwire_core.domain.vector import Vector
 
 Version = tuple[int, int]
 

@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.swarm.gateway import NatNet
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.swarm.gateway import NatNet
 
 from flockwire_mocap.frame_sequence import MISSING, RESTARTS, FrameSequence
 from flockwire_mocap.natnet.encoding import encode, encode_command, encode_connect, encode_model_request

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from flockwire.domain.time import SECOND
-from flockwire.process.cores import Start
-from flockwire.swarm.gateway import NatNet
+from flockwire_core.domain.time import SECOND
+from flockwire_core.process.cores import Start
+from flockwire_core.swarm.gateway import NatNet
 
 from flockwire_mocap.natnet.packets import OLDEST, ServerInfo, Version
 from flockwire_mocap.natnet.session import NatNetSession

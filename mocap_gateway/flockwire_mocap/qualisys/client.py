@@ -7,7 +7,7 @@ import contextlib
 from collections.abc import Callable
 from typing import Any
 
-from flockwire import clock
+from flockwire_core import clock
 
 from flockwire_mocap.persistent import PersistentConnection, imported, keep_alive
 from flockwire_mocap.qualisys.source import QualisysSource, names_in

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import asin, atan2, degrees, hypot
 
-from flockwire.domain.quaternion import Quaternion, rotate
+from flockwire_core.domain.quaternion import Quaternion, rotate
 
 _UPRIGHT = 1e-6  # below this cosine of b, a and c cannot be distinguished
 

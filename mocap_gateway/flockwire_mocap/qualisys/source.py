@@ -6,9 +6,9 @@ from collections.abc import Iterable, Sequence
 from math import isfinite
 from xml.etree import ElementTree as Xml
 
-from flockwire.domain.time import MICROSECOND
-from flockwire.domain.vector import Vector
-from flockwire.process.cores import Start
+from flockwire_core.domain.time import MICROSECOND
+from flockwire_core.domain.vector import Vector
+from flockwire_core.process.cores import Start
 
 from flockwire_mocap.frame_sequence import FrameSequence
 from flockwire_mocap.qualisys.rotation import from_columns

@@ -9,16 +9,16 @@ from pathlib import Path
 from struct import error as StructError  # noqa: N812
 from typing import NamedTuple
 
-from flockwire.domain.quaternion import Quaternion
-from flockwire.domain.time import SECOND
-from flockwire.domain.vector import Vector
-from flockwire.process.cores import Start
-from flockwire.ros.definitions import POSE
-from flockwire.ros.messages import SIGHTINGS, Sighting, read_sightings
-from flockwire.swarm.model import Swarm, uav
-from flockwire.wire.cdr import MessageError
-from flockwire.wire.codec import Message
-from flockwire.wire.keys import Key
+from flockwire_core.domain.quaternion import Quaternion
+from flockwire_core.domain.time import SECOND
+from flockwire_core.domain.vector import Vector
+from flockwire_core.process.cores import Start
+from flockwire_core.ros.definitions import POSE
+from flockwire_core.ros.messages import SIGHTINGS, Sighting, read_sightings
+from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.wire.cdr import MessageError
+from flockwire_core.wire.codec import Message
+from flockwire_core.wire.keys import Key
 
 from flockwire_mocap.ros.naming import BodyNames, LengthError
 from flockwire_mocap.streamed import coordinates_of

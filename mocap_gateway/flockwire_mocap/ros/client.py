@@ -9,12 +9,12 @@ from collections import Counter
 from collections.abc import Callable
 from functools import partial
 
-from flockwire import clock
-from flockwire.ros.advice import advice
-from flockwire.ros.graph import End, dds_type
-from flockwire.runtime.ros_ends import RosInput
-from flockwire.runtime.ros_node import Place, RosNode, join
-from flockwire.wire.processes import GATEWAY
+from flockwire_core import clock
+from flockwire_core.ros.advice import advice
+from flockwire_core.ros.graph import End, dds_type
+from flockwire_core.runtime.ros_ends import RosInput
+from flockwire_core.runtime.ros_node import Place, RosNode, join
+from flockwire_core.wire.processes import GATEWAY
 
 from flockwire_mocap.ros.source import RosSource
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from flockwire.ros.definitions import NAMED_POSES, POSE, POSES, TRANSFORM, TRANSFORMS
-from flockwire.ros.messages import Sighting
-from flockwire.swarm.gateway import BodyTopics
-from flockwire.swarm.model import Swarm
+from flockwire_core.ros.definitions import NAMED_POSES, POSE, POSES, TRANSFORM, TRANSFORMS
+from flockwire_core.ros.messages import Sighting
+from flockwire_core.swarm.gateway import BodyTopics
+from flockwire_core.swarm.model import Swarm
 
 SINGLE: tuple[str, ...] = (POSE, TRANSFORM)  # types of a topic of one body
 OF_ALL: tuple[str, ...] = (POSES, NAMED_POSES, TRANSFORMS)  # types of a topic of all bodies

@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
-from flockwire.domain.time import SECOND
-from flockwire.process.cores import Start
-from flockwire.ros.definitions import NAMED_POSES, POSES
-from flockwire.ros.graph import End
-from flockwire.ros.messages import Sighting, read_sightings
-from flockwire.wire.cdr import MessageError
+from flockwire_core.domain.time import SECOND
+from flockwire_core.process.cores import Start
+from flockwire_core.ros.definitions import NAMED_POSES, POSES
+from flockwire_core.ros.graph import End
+from flockwire_core.ros.messages import Sighting, read_sightings
+from flockwire_core.wire.cdr import MessageError
 
 from flockwire_mocap.ros.naming import OF_ALL, BodyNames, LengthError
 from flockwire_mocap.streamed import StreamedSource

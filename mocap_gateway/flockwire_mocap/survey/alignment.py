@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from flockwire.domain.quaternion import Quaternion
-from flockwire.domain.vector import Vector
+from flockwire_core.domain.quaternion import Quaternion
+from flockwire_core.domain.vector import Vector
 from scipy.spatial.transform import Rotation
 
 BAD_RESIDUAL = 0.05  # m: a body that is so far beside its place is not where it should be, or is another one

@@ -7,9 +7,9 @@ from dataclasses import replace
 from math import dist
 from typing import get_args
 
-from flockwire.domain.quaternion import IDENTITY
-from flockwire.domain.vector import Vector
-from flockwire.swarm.gateway import Gateway, Unit, UpAxis
+from flockwire_core.domain.quaternion import IDENTITY
+from flockwire_core.domain.vector import Vector
+from flockwire_core.swarm.gateway import Gateway, Unit, UpAxis
 
 from flockwire_mocap.coordinates import Coordinates
 from flockwire_mocap.streamed import coordinates_of

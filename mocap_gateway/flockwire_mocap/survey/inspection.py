@@ -6,9 +6,9 @@ from math import dist, hypot
 from statistics import fmean, median, pstdev
 from typing import NamedTuple
 
-from flockwire.domain.time import SECOND
-from flockwire.domain.vector import Vector
-from flockwire.swarm.model import Swarm, uav
+from flockwire_core.domain.time import SECOND
+from flockwire_core.domain.vector import Vector
+from flockwire_core.swarm.model import Swarm, uav
 
 from flockwire_mocap.claim import owner
 from flockwire_mocap.survey.conventions import other_conventions

@@ -5,11 +5,11 @@ from __future__ import annotations
 import asyncio
 from random import Random
 
-from flockwire import clock
-from flockwire.domain.time import SECOND
-from flockwire.process.cores import Start
-from flockwire.wire.plan import Plan
-from flockwire.wire.processes import GATEWAY
+from flockwire_core import clock
+from flockwire_core.domain.time import SECOND
+from flockwire_core.process.cores import Start
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.processes import GATEWAY
 
 from flockwire_mocap.core import make_core
 from flockwire_mocap.process import feed

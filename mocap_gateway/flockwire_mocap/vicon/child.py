@@ -14,7 +14,7 @@ import json
 import sys
 from typing import Any
 
-from flockwire import clock
+from flockwire_core import clock
 
 from flockwire_mocap.persistent import imported
 

@@ -8,7 +8,7 @@ import importlib.util
 import sys
 from collections.abc import Callable
 
-from flockwire import clock
+from flockwire_core import clock
 
 from flockwire_mocap.persistent import PersistentConnection, imported
 from flockwire_mocap.vicon.source import ViconSource

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from math import isfinite
 
-from flockwire.process.cores import Start
+from flockwire_core.process.cores import Start
 
 from flockwire_mocap.streamed import StreamedSource
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose

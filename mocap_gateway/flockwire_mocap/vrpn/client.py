@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import socket
 
-from flockwire import clock
+from flockwire_core import clock
 
 from flockwire_mocap.persistent import PersistentConnection, keep_alive
 from flockwire_mocap.vrpn.source import VrpnSource

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 
-from flockwire.domain.time import SECOND
+from flockwire_core.domain.time import SECOND
 
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 from flockwire_mocap.vrpn.connection import MOST_NAMES, PoseReport

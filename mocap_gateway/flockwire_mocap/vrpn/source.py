@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flockwire.process.cores import Start
+from flockwire_core.process.cores import Start
 
 from flockwire_mocap.streamed import StreamedSource
 from flockwire_mocap.vrpn.connection import VrpnConnection

@@ -10,9 +10,9 @@ from __future__ import annotations
 from struct import Struct
 from typing import NamedTuple
 
-from flockwire.domain.quaternion import Quaternion
-from flockwire.domain.time import MICROSECOND, SECOND
-from flockwire.domain.vector import Vector
+from flockwire_core.domain.quaternion import Quaternion
+from flockwire_core.domain.time import MICROSECOND, SECOND
+from flockwire_core.domain.vector import Vector
 
 PORT = 3883
 MAJOR = b"vrpn: ver. 07."

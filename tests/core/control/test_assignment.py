@@ -1,7 +1,7 @@
 from itertools import permutations
 
 import pytest
-from flockwire.control.assignment import assignment, least_cost
+from flockwire_core.control.assignment import assignment, least_cost
 from hypothesis import given
 from hypothesis import strategies as st
 

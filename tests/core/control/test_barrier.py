@@ -3,7 +3,7 @@ from __future__ import annotations
 from math import dist, hypot, inf
 
 import pytest
-from flockwire.control.barrier import (
+from flockwire_core.control.barrier import (
     approach_speed,
     keep_clear,
     keep_inside,
@@ -11,7 +11,7 @@ from flockwire.control.barrier import (
     sight_speed,
     speed_and_acceleration,
 )
-from flockwire.domain.vector import ZERO
+from flockwire_core.domain.vector import ZERO
 from hypothesis import given
 from hypothesis import strategies as st
 

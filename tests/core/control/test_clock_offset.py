@@ -5,8 +5,8 @@ from __future__ import annotations
 from random import Random
 
 import pytest
-from flockwire.control.clock_offset import DRIFT, OffsetEstimator
-from flockwire.domain.time import SECOND, nanoseconds
+from flockwire_core.control.clock_offset import DRIFT, OffsetEstimator
+from flockwire_core.domain.time import SECOND, nanoseconds
 
 MS = 1_000_000
 

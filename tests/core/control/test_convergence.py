@@ -2,8 +2,8 @@ from math import inf
 
 import numpy as np
 import pytest
-from flockwire.control.convergence import convergence, laplacian, smallest_observer_gain
-from flockwire.control.graph import Graph
+from flockwire_core.control.convergence import convergence, laplacian, smallest_observer_gain
+from flockwire_core.control.graph import Graph
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -1,9 +1,9 @@
 from math import cos, exp, isnan, log, pi, sin, sqrt
 
 import pytest
-from flockwire.control.expression import ExpressionError, bound, derivative, function_of_time
-from flockwire.control.expression_parser import parse_expression
-from flockwire.control.formation import Circle, Parametric
+from flockwire_core.control.expression import ExpressionError, bound, derivative, function_of_time
+from flockwire_core.control.expression_parser import parse_expression
+from flockwire_core.control.formation import Circle, Parametric
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -3,9 +3,9 @@
 from math import cos, hypot, pi, sin
 
 import pytest
-from flockwire.control.fence import Room
-from flockwire.control.plane_polygon import clearance, contains, crossing
-from flockwire.control.safety_filter import nearest_velocity
+from flockwire_core.control.fence import Room
+from flockwire_core.control.plane_polygon import clearance, contains, crossing
+from flockwire_core.control.safety_filter import nearest_velocity
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -1,8 +1,8 @@
 from math import cos, pi, sin
 
 import pytest
-from flockwire.control.formation import Circle, Grid, Line, Polygon
-from flockwire.domain.vector import distance, norm, scale, subtract
+from flockwire_core.control.formation import Circle, Grid, Line, Polygon
+from flockwire_core.domain.vector import distance, norm, scale, subtract
 from hypothesis import given
 from hypothesis import strategies as st
 

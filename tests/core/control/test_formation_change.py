@@ -2,10 +2,10 @@ from math import pi
 
 import numpy as np
 import pytest
-from flockwire.control.assignment import assignment
-from flockwire.control.formation import Circle, Grid, Line
-from flockwire.control.formation_change import FormationChange, blend, blend_rate
-from flockwire.domain.vector import distance, scale, subtract
+from flockwire_core.control.assignment import assignment
+from flockwire_core.control.formation import Circle, Grid, Line
+from flockwire_core.control.formation_change import FormationChange, blend, blend_rate
+from flockwire_core.domain.vector import distance, scale, subtract
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -3,7 +3,7 @@ import sys
 from itertools import product
 
 import pytest
-from flockwire.control.graph import LEADER, Graph
+from flockwire_core.control.graph import LEADER, Graph
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -67,6 +67,6 @@ def test_a_wrong_graph_is_refused_by_name(followers, edges, rule):
 def test_the_control_path_does_not_import_numpy():
     lag = "airframe.first_order_lag"
     modules = ("graph", "observer", "formation", "key_frames", "survey", "potential", "protocol", lag)
-    imports = ", ".join(f"flockwire.control.{module}" for module in modules)
+    imports = ", ".join(f"flockwire_core.control.{module}" for module in modules)
     code = f"import sys, {imports}; sys.exit('numpy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

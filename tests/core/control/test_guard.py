@@ -3,12 +3,12 @@
 from math import dist, exp, hypot
 
 import pytest
-from flockwire.control.guard import Guard
-from flockwire.domain.body import Body, BodyKind
-from flockwire.domain.motion import Motion
-from flockwire.domain.time import SECOND
-from flockwire.domain.vector import add, norm, scale, subtract
-from flockwire.parameters import guard_parameters
+from flockwire_core.control.guard import Guard
+from flockwire_core.domain.body import Body, BodyKind
+from flockwire_core.domain.motion import Motion
+from flockwire_core.domain.time import SECOND
+from flockwire_core.domain.vector import add, norm, scale, subtract
+from flockwire_core.parameters import guard_parameters
 
 
 def test_a_drone_that_cannot_keep_clear_is_no_faster_anyway(make_swarm):

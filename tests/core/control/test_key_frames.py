@@ -1,6 +1,6 @@
 import pytest
-from flockwire.control.key_frames import KeyFrames, parse_key_frames
-from flockwire.domain.vector import ZERO, scale, subtract
+from flockwire_core.control.key_frames import KeyFrames, parse_key_frames
+from flockwire_core.domain.vector import ZERO, scale, subtract
 from hypothesis import given
 from hypothesis import strategies as st
 

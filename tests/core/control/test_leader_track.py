@@ -1,9 +1,9 @@
 from __future__ import annotations
 
 import pytest
-from flockwire.control.leader_track import LeaderTrack, leader_time_constant, motion_error, noise_gain
-from flockwire.control.trajectory import Circling, Constant
-from flockwire.domain.motion import LeaderMotion
+from flockwire_core.control.leader_track import LeaderTrack, leader_time_constant, motion_error, noise_gain
+from flockwire_core.control.trajectory import Circling, Constant
+from flockwire_core.domain.motion import LeaderMotion
 
 
 def test_noise_weighs_more_with_older_data_and_less_the_slower_the_tracker() -> None:

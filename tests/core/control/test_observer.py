@@ -1,5 +1,5 @@
 import pytest
-from flockwire.control.observer import (
+from flockwire_core.control.observer import (
     ObserverParameters,
     explicit_step,
     implicit_step,
@@ -7,8 +7,8 @@ from flockwire.control.observer import (
     relay_step,
     signed_power,
 )
-from flockwire.domain.motion import LeaderMotion
-from flockwire.domain.vector import distance
+from flockwire_core.domain.motion import LeaderMotion
+from flockwire_core.domain.vector import distance
 from hypothesis import given
 from hypothesis import strategies as st
 

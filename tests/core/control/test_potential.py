@@ -1,9 +1,9 @@
 from math import hypot
 
 import pytest
-from flockwire.control.potential import PotentialParameters, potential_gradient, repulsion
-from flockwire.domain.body import Body, BodyKind
-from flockwire.domain.vector import ZERO, norm, scale
+from flockwire_core.control.potential import PotentialParameters, potential_gradient, repulsion
+from flockwire_core.domain.body import Body, BodyKind
+from flockwire_core.domain.vector import ZERO, norm, scale
 from hypothesis import assume, given
 from hypothesis import strategies as st
 

@@ -1,8 +1,8 @@
 import pytest
-from flockwire.control.formation import Circle
-from flockwire.control.potential import potential_gradient
-from flockwire.control.protocol import ProtocolParameters, compensation, control_input
-from flockwire.domain.vector import ZERO, add, distance, norm, scale
+from flockwire_core.control.formation import Circle
+from flockwire_core.control.potential import potential_gradient
+from flockwire_core.control.protocol import ProtocolParameters, compensation, control_input
+from flockwire_core.domain.vector import ZERO, add, distance, norm, scale
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -7,7 +7,7 @@ from random import Random
 
 import numpy as np
 import pytest
-from flockwire.control.safety_filter import HalfSpace, nearest_velocity
+from flockwire_core.control.safety_filter import HalfSpace, nearest_velocity
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -1,10 +1,10 @@
 from itertools import combinations
 
 import pytest
-from flockwire.control.formation import Circle, Grid, Line
-from flockwire.control.key_frames import KeyFrames
-from flockwire.control.survey import survey
-from flockwire.domain.vector import distance, norm
+from flockwire_core.control.formation import Circle, Grid, Line
+from flockwire_core.control.key_frames import KeyFrames
+from flockwire_core.control.survey import survey
+from flockwire_core.domain.vector import distance, norm
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

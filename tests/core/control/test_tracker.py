@@ -3,7 +3,7 @@ from __future__ import annotations
 from random import Random
 
 import pytest
-from flockwire.control.tracker import AccelerationTracker, BodyTracks, VelocityTracker
+from flockwire_core.control.tracker import AccelerationTracker, BodyTracks, VelocityTracker
 
 HERE, THERE = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)
 

@@ -1,7 +1,7 @@
 from math import dist, hypot
 
 import pytest
-from flockwire.control.trajectory import Circling, Constant, Waypoints
+from flockwire_core.control.trajectory import Circling, Constant, Waypoints
 from hypothesis import given
 from hypothesis import strategies as st
 

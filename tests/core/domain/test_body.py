@@ -1,7 +1,7 @@
 from math import hypot
 
 import pytest
-from flockwire.domain.body import to_axis, to_surface
+from flockwire_core.domain.body import to_axis, to_surface
 from hypothesis import given
 from hypothesis import strategies as st
 

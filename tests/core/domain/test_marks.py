@@ -1,6 +1,6 @@
 from threading import Thread
 
-from flockwire.domain.marks import Holding, marked, sometimes
+from flockwire_core.domain.marks import Holding, marked, sometimes
 
 
 def test_marks_are_counted_within_the_block_only():

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 import pytest
-from flockwire.domain.motion import LeaderMotion
+from flockwire_core.domain.motion import LeaderMotion
 from hypothesis import given
 from hypothesis import strategies as st
 

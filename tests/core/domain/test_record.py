@@ -3,9 +3,9 @@ from __future__ import annotations
 import pickle
 
 import pytest
-from flockwire.domain.motion import LeaderMotion, Motion
-from flockwire.domain.pose import Pose
-from flockwire.domain.record import Record
+from flockwire_core.domain.motion import LeaderMotion, Motion
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.record import Record
 
 POSE = Pose(5, "world", (1.0, 2.0, 3.0))
 

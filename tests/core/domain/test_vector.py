@@ -1,5 +1,5 @@
 import pytest
-from flockwire.domain.vector import ZERO, add, distance, limit, norm, scale, subtract
+from flockwire_core.domain.vector import ZERO, add, distance, limit, norm, scale, subtract
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -1,7 +1,7 @@
 """A flight without some of its drones: what the graph allows, and what is told of it."""
 
 import pytest
-from flockwire.ground.absence import consequences, refusal
+from flockwire_core.ground.absence import consequences, refusal
 
 EDGES = {"graph.edges": [[0, 1], [1, 2], [2, 3], [3, 4], [2, 4]]}
 

@@ -1,20 +1,20 @@
 from dataclasses import dataclass, field
 
 import pytest
-from flockwire.domain.airframe import FlightState, Telemetry
-from flockwire.domain.order import Mission
-from flockwire.domain.time import SECOND
-from flockwire.ground.director import GRACE, LEAD_TIME, REPEAT, STAGE_TIME, Director, Stage
-from flockwire.ground.fleet import STALE, Fleet
-from flockwire.ground.known_orders import KnownOrders
-from flockwire.ground.order import Order
-from flockwire.loading import parse_swarm
-from flockwire.pilot.orders import Orders
-from flockwire.pilot.phases import OUTDATED
-from flockwire.swarm.tables import Fence
-from flockwire.wire.phase import Phase
-from flockwire.wire.plan import Plan
-from flockwire.wire.status import Report, Status
+from flockwire_core.domain.airframe import FlightState, Telemetry
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.time import SECOND
+from flockwire_core.ground.director import GRACE, LEAD_TIME, REPEAT, STAGE_TIME, Director, Stage
+from flockwire_core.ground.fleet import STALE, Fleet
+from flockwire_core.ground.known_orders import KnownOrders
+from flockwire_core.ground.order import Order
+from flockwire_core.loading import parse_swarm
+from flockwire_core.pilot.orders import Orders
+from flockwire_core.pilot.phases import OUTDATED
+from flockwire_core.swarm.tables import Fence
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.status import Report, Status
 from repeated_orders import repeated
 
 BEGAN = 1_790_000_000 * SECOND

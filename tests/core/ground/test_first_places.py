@@ -2,16 +2,16 @@ from itertools import permutations
 from math import dist
 
 import pytest
-from flockwire.domain.order import Mission
-from flockwire.domain.time import SECOND
-from flockwire.ground.first_places import with_first_places, with_held_places
-from flockwire.ground.fleet import Fleet
-from flockwire.ground.known_orders import KnownOrders
-from flockwire.pilot.orders import flown_formation
-from flockwire.wire.cdr import Reader, Writer
-from flockwire.wire.orders import read_mission, write_mission
-from flockwire.wire.phase import Phase
-from flockwire.wire.status import Report, Status, place_reason
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.time import SECOND
+from flockwire_core.ground.first_places import with_first_places, with_held_places
+from flockwire_core.ground.fleet import Fleet
+from flockwire_core.ground.known_orders import KnownOrders
+from flockwire_core.pilot.orders import flown_formation
+from flockwire_core.wire.cdr import Reader, Writer
+from flockwire_core.wire.orders import read_mission, write_mission
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.status import Report, Status, place_reason
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

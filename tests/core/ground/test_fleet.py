@@ -1,9 +1,9 @@
-from flockwire.domain.airframe import FlightState, Telemetry
-from flockwire.domain.order import Mission
-from flockwire.domain.time import SECOND
-from flockwire.ground.fleet import STALE, Fleet
-from flockwire.wire.phase import Phase
-from flockwire.wire.status import Report, Status
+from flockwire_core.domain.airframe import FlightState, Telemetry
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.time import SECOND
+from flockwire_core.ground.fleet import STALE, Fleet
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.status import Report, Status
 from repeated_orders import repeated
 
 NOW = 1_790_000_000 * SECOND

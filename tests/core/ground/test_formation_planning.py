@@ -3,11 +3,11 @@
 import re
 
 import pytest
-from flockwire.domain.order import Mission
-from flockwire.domain.time import SECOND
-from flockwire.domain.vector import distance, norm
-from flockwire.ground.formation_planning import LEAD_TIME, ChangeRefusedError, plan_change, plan_in_time
-from flockwire.pilot.orders import flown_formation
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.time import SECOND
+from flockwire_core.domain.vector import distance, norm
+from flockwire_core.ground.formation_planning import LEAD_TIME, ChangeRefusedError, plan_change, plan_in_time
+from flockwire_core.pilot.orders import flown_formation
 
 NOW = 1_790_000_100 * SECOND
 RUNNING = Mission(NOW - 30 * SECOND, "world", "start", NOW - 20 * SECOND)

@@ -1,12 +1,12 @@
 import pytest
-from flockwire.domain.airframe import FlightState, Telemetry
-from flockwire.domain.order import Mission
-from flockwire.domain.time import SECOND
-from flockwire.ground.fleet import Fleet
-from flockwire.ground.giving import ANSWER_TIME, ChangeGiving, DownGiving
-from flockwire.ground.order import Answer, Order
-from flockwire.ground.starting import StartGiving
-from flockwire.wire.status import Report, Status, place_reason
+from flockwire_core.domain.airframe import FlightState, Telemetry
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.time import SECOND
+from flockwire_core.ground.fleet import Fleet
+from flockwire_core.ground.giving import ANSWER_TIME, ChangeGiving, DownGiving
+from flockwire_core.ground.order import Answer, Order
+from flockwire_core.ground.starting import StartGiving
+from flockwire_core.wire.status import Report, Status, place_reason
 from repeated_orders import repeated
 
 NOW = 1_790_000_000 * SECOND

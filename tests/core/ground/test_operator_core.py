@@ -6,15 +6,15 @@ from itertools import count
 from typing import Any
 
 import pytest
-from flockwire.domain.airframe import FlightState, Telemetry
-from flockwire.domain.order import Mission, Stop
-from flockwire.domain.time import SECOND
-from flockwire.ground.director import POLL_PERIOD, Stage
-from flockwire.ground.giving import ANSWER_TIME, LOOK_TIME, STOP_TIME
-from flockwire.ground.operator import ELSEWHERE, ENDED, OperatorCore
-from flockwire.ground.order import Answer, Order
-from flockwire.wire.keys import MISSION, STOP, Key
-from flockwire.wire.status import Report, Status
+from flockwire_core.domain.airframe import FlightState, Telemetry
+from flockwire_core.domain.order import Mission, Stop
+from flockwire_core.domain.time import SECOND
+from flockwire_core.ground.director import POLL_PERIOD, Stage
+from flockwire_core.ground.giving import ANSWER_TIME, LOOK_TIME, STOP_TIME
+from flockwire_core.ground.operator import ELSEWHERE, ENDED, OperatorCore
+from flockwire_core.ground.order import Answer, Order
+from flockwire_core.wire.keys import MISSION, STOP, Key
+from flockwire_core.wire.status import Report, Status
 
 BEGAN = 1_790_000_000 * SECOND
 STEP = round(POLL_PERIOD * SECOND)

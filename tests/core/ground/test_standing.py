@@ -1,12 +1,12 @@
 """The order that stands for one giver: given, followed, and settled with a rival that crossed it."""
 
 import pytest
-from flockwire.domain.order import Mission
-from flockwire.domain.time import SECOND
-from flockwire.ground.fleet import Fleet
-from flockwire.ground.standing import RIVALS, Standing
-from flockwire.wire.phase import Phase
-from flockwire.wire.status import Report, Status
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.time import SECOND
+from flockwire_core.ground.fleet import Fleet
+from flockwire_core.ground.standing import RIVALS, Standing
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.status import Report, Status
 from repeated_orders import repeated
 
 NOW = 1_790_000_000 * SECOND

@@ -1,10 +1,10 @@
 import pytest
-from flockwire.domain.order import MOST_VERSIONS, Mission
-from flockwire.domain.time import SECOND
-from flockwire.ground.fleet import Fleet
-from flockwire.ground.standing import HISTORY, Standing
-from flockwire.pilot.orders import came_down
-from flockwire.wire.status import Report, Status
+from flockwire_core.domain.order import MOST_VERSIONS, Mission
+from flockwire_core.domain.time import SECOND
+from flockwire_core.ground.fleet import Fleet
+from flockwire_core.ground.standing import HISTORY, Standing
+from flockwire_core.pilot.orders import came_down
+from flockwire_core.wire.status import Report, Status
 from repeated_orders import repeated
 
 NOW = 1_790_000_000 * SECOND

@@ -1,14 +1,14 @@
 import pytest
-from flockwire.domain.motion import Estimate, LeaderMotion, Leading
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.pilot.agreement import BELIEVED
-from flockwire.pilot.neighbourhood import Neighbourhood
-from flockwire.pilot.phases import NEVER
-from flockwire.swarm.tables import Staleness
-from flockwire.wire.codec import decode, encode
-from flockwire.wire.phase import Phase
-from flockwire.wire.status import LEFT_OUT, Report, Status
+from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.pilot.agreement import BELIEVED
+from flockwire_core.pilot.neighbourhood import Neighbourhood
+from flockwire_core.pilot.phases import NEVER
+from flockwire_core.swarm.tables import Staleness
+from flockwire_core.wire.codec import decode, encode
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.status import LEFT_OUT, Report, Status
 
 T = 1_790_000_000 * SECOND
 A, B = (1.0, 0.0, 0.0), (0.0, 2.0, 0.0)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from flockwire.control.fence import Room
-from flockwire.domain.body import Body, BodyKind, Separation
-from flockwire.domain.time import SECOND
-from flockwire.domain.vector import Vector
-from flockwire.pilot.off_place import AT_THE_FENCE, NO_PLACE, OFF, OffPlace, no_place, shown_phase
-from flockwire.swarm.model import Swarm
-from flockwire.wire.status import Reason, Report
+from flockwire_core.control.fence import Room
+from flockwire_core.domain.body import Body, BodyKind, Separation
+from flockwire_core.domain.time import SECOND
+from flockwire_core.domain.vector import Vector
+from flockwire_core.pilot.off_place import AT_THE_FENCE, NO_PLACE, OFF, OffPlace, no_place, shown_phase
+from flockwire_core.swarm.model import Swarm
+from flockwire_core.wire.status import Reason, Report
 
 T0 = 1_790_000_000 * SECOND
 MIDDLE, STILL = (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)

@@ -1,10 +1,10 @@
 from itertools import permutations
 
 import pytest
-from flockwire.domain.order import MISSION_VERBS, Change, Mission
-from flockwire.domain.time import SECOND
-from flockwire.pilot.orders import AHEAD, REMEMBERED, Orders, came_down, flown_place, rank, reported_place
-from flockwire.wire.status import Report, place_reason
+from flockwire_core.domain.order import MISSION_VERBS, Change, Mission
+from flockwire_core.domain.time import SECOND
+from flockwire_core.pilot.orders import AHEAD, REMEMBERED, Orders, came_down, flown_place, rank, reported_place
+from flockwire_core.wire.status import Report, place_reason
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -1,8 +1,8 @@
 import pytest
-from flockwire.domain.order import Change, Mission
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND
-from flockwire.pilot.phases import (
+from flockwire_core.domain.order import Change, Mission
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND
+from flockwire_core.pilot.phases import (
     NEVER,
     OUTDATED,
     SHUTDOWN,
@@ -12,7 +12,7 @@ from flockwire.pilot.phases import (
     age,
     command_stamp,
 )
-from flockwire.wire.phase import Phase
+from flockwire_core.wire.phase import Phase
 from hypothesis import given
 from hypothesis import strategies as st
 

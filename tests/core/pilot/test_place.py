@@ -3,10 +3,10 @@
 from math import hypot
 
 import pytest
-from flockwire.domain.body import Body, BodyKind
-from flockwire.parameters import agent_parameters
-from flockwire.pilot.place import Place, climb, keep_place
-from flockwire.wire.phase import Phase
+from flockwire_core.domain.body import Body, BodyKind
+from flockwire_core.parameters import agent_parameters
+from flockwire_core.pilot.place import Place, climb, keep_place
+from flockwire_core.wire.phase import Phase
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -1,8 +1,8 @@
 import pytest
-from flockwire.domain.body import Body, BodyKind, Nearby
-from flockwire.domain.pose import Pose
-from flockwire.pilot.surroundings import Surroundings, known_bodies
-from flockwire.swarm.tables import Obstacle
+from flockwire_core.domain.body import Body, BodyKind, Nearby
+from flockwire_core.domain.pose import Pose
+from flockwire_core.pilot.surroundings import Surroundings, known_bodies
+from flockwire_core.swarm.tables import Obstacle
 
 
 def test_known_bodies_are_neighbours_and_mapped_obstacles():

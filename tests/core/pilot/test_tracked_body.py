@@ -3,12 +3,12 @@
 from math import cos, radians, sin
 
 import pytest
-from flockwire.control.airframe.state import AirframeState
-from flockwire.domain.pose import LEVEL, Pose
-from flockwire.domain.time import SECOND
-from flockwire.parameters import pilot_parameters
-from flockwire.pilot.tracked_body import OUTLIER, TrackedBody
-from flockwire.wire.phase import Phase
+from flockwire_core.control.airframe.state import AirframeState
+from flockwire_core.domain.pose import LEVEL, Pose
+from flockwire_core.domain.time import SECOND
+from flockwire_core.parameters import pilot_parameters
+from flockwire_core.pilot.tracked_body import OUTLIER, TrackedBody
+from flockwire_core.wire.phase import Phase
 
 SEEN_AT = 1_790_000_000 * SECOND
 HERE = (0.0, 0.0, 1.0)

@@ -1,12 +1,12 @@
 from itertools import chain, combinations
 
 import pytest
-from flockwire.domain.order import MISSION_VERBS, Mission
-from flockwire.domain.time import SECOND
-from flockwire.pilot.orders import came_down
-from flockwire.pilot.phases import IN_FLIGHT, LAST_HOLD, ORDERLESS, FlightPhases, Situation
-from flockwire.pilot.transitions import CONDITIONS, PHASES, transition, transitions
-from flockwire.wire.phase import Phase
+from flockwire_core.domain.order import MISSION_VERBS, Mission
+from flockwire_core.domain.time import SECOND
+from flockwire_core.pilot.orders import came_down
+from flockwire_core.pilot.phases import IN_FLIGHT, LAST_HOLD, ORDERLESS, FlightPhases, Situation
+from flockwire_core.pilot.transitions import CONDITIONS, PHASES, transition, transitions
+from flockwire_core.wire.phase import Phase
 
 BORN = 1_790_000_000 * SECOND
 NOW = BORN + 60 * SECOND

@@ -3,16 +3,16 @@
 from random import Random
 
 import pytest
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND
-from flockwire.process.cores import Ground, Start, Untimed, make_core
-from flockwire.process.timekeeping import patience
-from flockwire.wire.keys import Key
 from flockwire_agent.core import AgentCore
-from flockwire_kinematics.core import KinematicsCore
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND
+from flockwire_core.process.cores import Ground, Start, Untimed, make_core
+from flockwire_core.process.timekeeping import patience
+from flockwire_core.wire.keys import Key
 from flockwire_leader.core import FlyingLeader, VirtualLeader
 from flockwire_mocap.core import GatewayCore
 from flockwire_recorder.core import RecorderCore
+from flockwire_twins.kinematics.core import KinematicsCore
 
 NOW = 1_790_000_000 * SECOND
 VIRTUAL = {"leader.kind": "virtual", "drones.0": None}

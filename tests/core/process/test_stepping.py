@@ -8,13 +8,13 @@ from random import Random
 from typing import NamedTuple
 
 import pytest
-from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.process.cores import Ground
-from flockwire.process.stepping import Stepper, is_due, next_deadline, tick_period
-from flockwire.swarm.model import Swarm
-from flockwire.wire.inbox import Inbox
-from flockwire.wire.keys import ROWS, Key
-from flockwire.wire.status import Report
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.process.cores import Ground
+from flockwire_core.process.stepping import Stepper, is_due, next_deadline, tick_period
+from flockwire_core.swarm.model import Swarm
+from flockwire_core.wire.inbox import Inbox
+from flockwire_core.wire.keys import ROWS, Key
+from flockwire_core.wire.status import Report
 
 pytestmark = pytest.mark.sources  # its swarm time and inputs are of Python
 PERIOD = 100

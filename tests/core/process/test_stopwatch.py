@@ -7,16 +7,16 @@ from collections.abc import Callable
 from itertools import count
 
 import pytest
-from flockwire.domain.time import SECOND
-from flockwire.process.stepping import StatusPublisher, StepCounts
-from flockwire.process.stopwatch import SLOW, TAKES, Stopwatch
-from flockwire.process.timekeeping import timekeeping
-from flockwire.swarm.model import Swarm
-from flockwire.wire.plan import Plan
-from flockwire.wire.status import Report, Status
 from flockwire_agent.extended_law import ExtendedLaw
-from flockwire_sim.process import NoResources
-from flockwire_sim.world import World
+from flockwire_core.domain.time import SECOND
+from flockwire_core.process.stepping import StatusPublisher, StepCounts
+from flockwire_core.process.stopwatch import SLOW, TAKES, Stopwatch
+from flockwire_core.process.timekeeping import timekeeping
+from flockwire_core.swarm.model import Swarm
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.status import Report, Status
+from flockwire_lab.process import NoResources
+from flockwire_lab.world import World
 
 MS = 1_000_000
 NAMED = TAKES.format(step=30.0, period=10.0)
@@ -73,7 +73,7 @@ def test_virtual_time_names_it_after_the_flight_and_not_in_it(
     flown = []
     for step in (1, 30):
         clock = count(0, step * MS)
-        monkeypatch.setattr("flockwire.clock.monotonic", lambda clock=clock: next(clock))
+        monkeypatch.setattr("flockwire_core.clock.monotonic", lambda clock=clock: next(clock))
         payloads: list[bytes] = []
         world = World(swarm, 0, 3.0, tap=lambda published, seen=payloads: seen.append(published.sample.payload))
         flown.append((world.run(), payloads))

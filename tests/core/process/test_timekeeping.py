@@ -5,12 +5,12 @@ from __future__ import annotations
 from itertools import pairwise
 
 import pytest
-from flockwire.control.clock_offset import DRIFT
-from flockwire.domain.time import SECOND, TimeReply
-from flockwire.loading import parse_swarm
-from flockwire.process.timekeeping import SLEW, UNKNOWN, CorrectedClock
-from flockwire.wire.keys import TIME_REPLY, Key
-from flockwire.wire.plan import Plan
+from flockwire_core.control.clock_offset import DRIFT
+from flockwire_core.domain.time import SECOND, TimeReply
+from flockwire_core.loading import parse_swarm
+from flockwire_core.process.timekeeping import SLEW, UNKNOWN, CorrectedClock
+from flockwire_core.wire.keys import TIME_REPLY, Key
+from flockwire_core.wire.plan import Plan
 
 START = 1_790_000_000 * SECOND
 TICK, DELAY = SECOND // 50, SECOND // 1000

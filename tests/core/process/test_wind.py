@@ -2,8 +2,8 @@ from itertools import count
 from math import hypot
 from random import Random
 
-from flockwire.domain.time import SECOND
-from flockwire.process.wind import STEP, Wind
+from flockwire_core.domain.time import SECOND
+from flockwire_core.process.wind import STEP, Wind
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from flockwire.ros import graph
-from flockwire.ros.definitions import MESSAGES, TRIGGER
-from flockwire.ros.graph import DEFAULT, LATCHED, End, EndKind, Node, Qos
-from flockwire.ros.type_hash import type_hash
+from flockwire_core.ros import graph
+from flockwire_core.ros.definitions import MESSAGES, TRIGGER
+from flockwire_core.ros.graph import DEFAULT, LATCHED, End, EndKind, Node, Qos
+from flockwire_core.ros.type_hash import type_hash
 from zenoh_ros2_sdk.entity import EndpointEntity, EntityKind, NodeEntity
 from zenoh_ros2_sdk.keyexpr import endpoint_liveliness_keyexpr, node_liveliness_keyexpr, topic_keyexpr
 from zenoh_ros2_sdk.qos import QosDurability, QosProfile, QosReliability

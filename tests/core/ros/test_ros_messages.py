@@ -6,11 +6,11 @@ from math import isnan
 from typing import Any
 
 import pytest
-from flockwire.ros import definitions, messages
-from flockwire.ros.definitions import MESSAGES, SERVICES
-from flockwire.ros.markers import Marker, Shape, marker_array
-from flockwire.ros.type_hash import rihs01, service_parts, type_hash
-from flockwire.wire.cdr import MessageError
+from flockwire_core.ros import definitions, messages
+from flockwire_core.ros.definitions import MESSAGES, SERVICES
+from flockwire_core.ros.markers import Marker, Shape, marker_array
+from flockwire_core.ros.type_hash import rihs01, service_parts, type_hash
+from flockwire_core.wire.cdr import MessageError
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 NOW = 1_790_000_000_123_456_789

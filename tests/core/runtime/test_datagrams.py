@@ -1,7 +1,7 @@
 import asyncio
 
-from flockwire.runtime.datagrams import Sockets, served
-from flockwire_kinematics.core import KinematicsCore
+from flockwire_core.runtime.datagrams import Sockets, served
+from flockwire_twins.kinematics.core import KinematicsCore
 
 
 def sockets_of(core):

@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 import tomli_w
 import waiting
-from flockwire.runtime.descriptors import MOST
+from flockwire_core.runtime.descriptors import MOST
 
 OPEN = """
 import resource
-from flockwire.runtime.session import Session
-from flockwire.runtime.descriptors import raise_limit
+from flockwire_core.runtime.session import Session
+from flockwire_core.runtime.descriptors import raise_limit
 import zenoh
 raise_limit()
 with zenoh.open(zenoh.Config.from_json5('{mode: "peer", scouting: {multicast: {enabled: false}}}')):
@@ -41,9 +41,9 @@ def test_a_session_opens_with_many_descriptors_whatever_the_shell_has_for_zenoh(
 SILENT = """
 import socket, sys
 from pathlib import Path
-from flockwire.loading import read_swarm
-from flockwire.runtime.session import Session
-from flockwire.wire.plan import Plan
+from flockwire_core.loading import read_swarm
+from flockwire_core.runtime.session import Session
+from flockwire_core.wire.plan import Plan
 from waiting import wait_until
 
 file, keys = map(Path, sys.argv[1:])

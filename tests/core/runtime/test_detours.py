@@ -1,8 +1,8 @@
 """Where the environment tells a process to dial."""
 
 import pytest
-from flockwire.runtime.configuration import configuration
-from flockwire.runtime.detours import DETOURS, DetoursError, detour_environment, read_detours
+from flockwire_core.runtime.configuration import configuration
+from flockwire_core.runtime.detours import DETOURS, DetoursError, detour_environment, read_detours
 
 
 @pytest.mark.parametrize("detours", [{}, {"gateway": "127.0.0.1:40001"}, {"gateway": "[::1]:1", "uav12": "10.0.0.1:2"}])

@@ -6,8 +6,8 @@ import signal
 import threading
 
 import pytest
-from flockwire.runtime import ending as module
-from flockwire.runtime.ending import LIFELINE, UNDONE, Ending, finished, last_resort
+from flockwire_core.runtime import ending as module
+from flockwire_core.runtime.ending import LIFELINE, UNDONE, Ending, finished, last_resort
 from waiting import until
 
 SOON = 5.0  # s in which what must happen has long happened

@@ -7,7 +7,7 @@ import pytest
 
 LINGER = """
 import socket, struct, subprocess, sys
-from flockwire.runtime.linger import ignore_linger
+from flockwire_core.runtime.linger import ignore_linger
 
 if sys.argv[1:] != ["child"]:
     ignore_linger()
@@ -37,9 +37,9 @@ def test_no_socket_of_the_process_or_its_children_lingers_and_all_other_options_
 LINKS = """
 import os, socket, struct, sys, time
 from pathlib import Path
-from flockwire.loading import load_swarm
-from flockwire.runtime.session import Session
-from flockwire.wire.plan import Plan
+from flockwire_core.loading import load_swarm
+from flockwire_core.runtime.session import Session
+from flockwire_core.wire.plan import Plan
 
 plan, lingers = Plan(load_swarm(Path(sys.argv[1]))), set()
 with Session(plan, "gateway") as one, Session(plan, "kinematics") as other:

@@ -1,10 +1,10 @@
 import pytest
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND
-from flockwire.runtime import publishing as module
-from flockwire.runtime.publishing import Publishing
-from flockwire.wire.batch import PERIOD
-from flockwire.wire.keys import BATCH, Key
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND
+from flockwire_core.runtime import publishing as module
+from flockwire_core.runtime.publishing import Publishing
+from flockwire_core.wire.batch import PERIOD
+from flockwire_core.wire.keys import BATCH, Key
 
 T0 = 1_700_000_000 * SECOND
 BATCHED, POSE = Key(BATCH, "gateway"), Key("pose", "uav1")

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 import tomli_w
-from flockwire.runtime.refusals import Refusals
+from flockwire_core.runtime.refusals import Refusals
 
 DIM, OFF, YELLOW, RED = "\x1b[2m", "\x1b[0m", "\x1b[33m", "\x1b[31m"
 
@@ -91,7 +91,7 @@ def test_all_else_is_passed_on_without_colours(refusals, capsys, other):
 
 WATCH = """
 import asyncio, os, sys
-from flockwire.runtime.refusals import Refusals
+from flockwire_core.runtime.refusals import Refusals
 
 async def main():
     refusals = Refusals("uav1")
@@ -125,7 +125,7 @@ def test_the_log_is_read_from_the_standard_output_however_it_is_cut_up():
 
 FLOOD = """
 import asyncio, os, sys
-from flockwire.runtime.refusals import Refusals
+from flockwire_core.runtime.refusals import Refusals
 
 async def main():
     Refusals("uav1").watch()
@@ -149,11 +149,11 @@ def test_a_flood_of_refusals_never_blocks_the_one_who_logs():
 REFUSE = """
 import asyncio, json, socket, sys
 from pathlib import Path
-from flockwire.runtime.configuration import configuration
-from flockwire.runtime.refusals import Refusals
-from flockwire.security.files import files_of
-from flockwire.loading import read_swarm
-from flockwire.wire.plan import Plan
+from flockwire_core.runtime.configuration import configuration
+from flockwire_core.runtime.refusals import Refusals
+from flockwire_core.security.files import files_of
+from flockwire_core.loading import read_swarm
+from flockwire_core.wire.plan import Plan
 import zenoh
 
 class Watching(Refusals):

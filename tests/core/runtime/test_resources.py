@@ -2,9 +2,9 @@ import subprocess
 import sys
 
 import pytest
-from flockwire.runtime.resources import peak_memory
+from flockwire_core.runtime.resources import peak_memory
 
-PEAK = "from flockwire.runtime.resources import peak_memory; print(peak_memory())"
+PEAK = "from flockwire_core.runtime.resources import peak_memory; print(peak_memory())"
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="Linux alone passes a parent's peak on")

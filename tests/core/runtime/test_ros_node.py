@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterator
 
 import pytest
 import zenoh
-from flockwire.ros.definitions import POSE, TRIGGER
-from flockwire.ros.graph import LATCHED, data_key
-from flockwire.ros.messages import trigger_response
-from flockwire.runtime import ros_node
-from flockwire.runtime.ros_ends import CAPACITY, LARGEST, MOST_REQUESTS, RosServices
-from flockwire.runtime.ros_node import Place, RosNode, RosRouterAbsentError, join
-from flockwire.wire.inbox import ATTACHMENT
+from flockwire_core.ros.definitions import POSE, TRIGGER
+from flockwire_core.ros.graph import LATCHED, data_key
+from flockwire_core.ros.messages import trigger_response
+from flockwire_core.runtime import ros_node
+from flockwire_core.runtime.ros_ends import CAPACITY, LARGEST, MOST_REQUESTS, RosServices
+from flockwire_core.runtime.ros_node import Place, RosNode, RosRouterAbsentError, join
+from flockwire_core.wire.inbox import ATTACHMENT
 from ros_graph import bare, free_port, router
 from waiting import wait_until
 

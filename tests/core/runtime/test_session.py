@@ -7,13 +7,19 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from flockwire import clock
-from flockwire.domain.time import SECOND
-from flockwire.runtime.configuration import BURST, HANDSHAKE_TIME, SPARE_SESSIONS, configuration, reserved_configuration
-from flockwire.runtime.session import Session
-from flockwire.security.files import Credentials, CredentialsError, in_use
-from flockwire.security.pki import make_keys
-from flockwire.wire.access import access_control
+from flockwire_core import clock
+from flockwire_core.domain.time import SECOND
+from flockwire_core.runtime.configuration import (
+    BURST,
+    HANDSHAKE_TIME,
+    SPARE_SESSIONS,
+    configuration,
+    reserved_configuration,
+)
+from flockwire_core.runtime.session import Session
+from flockwire_core.security.files import Credentials, CredentialsError, in_use
+from flockwire_core.security.pki import make_keys
+from flockwire_core.wire.access import access_control
 
 FILES = Credentials(Path("ca.crt"), Path("own.crt"), Path("own.key"))
 PATIENT = f"#tls_handshake_timeout_ms={HANDSHAKE_TIME}"

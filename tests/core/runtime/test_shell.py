@@ -3,11 +3,11 @@ import threading
 from types import SimpleNamespace
 
 import pytest
-from flockwire.process.cores import Ground
-from flockwire.runtime import shell as module
-from flockwire.runtime.shell import Shell
-from flockwire.wire.keys import Key
-from flockwire.wire.status import Report
+from flockwire_core.process.cores import Ground
+from flockwire_core.runtime import shell as module
+from flockwire_core.runtime.shell import Shell
+from flockwire_core.wire.keys import Key
+from flockwire_core.wire.status import Report
 
 
 class Plain(Ground):

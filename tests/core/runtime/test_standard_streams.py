@@ -7,7 +7,7 @@ import threading
 from pathlib import Path
 
 import pytest
-from flockwire.runtime.standard_streams import DROPPED, MOST, UnblockedStream, busy, finish, later, unblocked
+from flockwire_core.runtime.standard_streams import DROPPED, MOST, UnblockedStream, busy, finish, later, unblocked
 
 FULL = Path("/dev/full")
 
@@ -18,7 +18,7 @@ def flockwire(*arguments, stdout=subprocess.PIPE, stand_in="", folder=None):
     if stand_in:
         (folder / "pydantic.py").write_text(stand_in)
         environment["PYTHONPATH"] = str(folder)
-    line = [sys.executable, "-m", "flockwire_cli", *map(str, arguments)]
+    line = [sys.executable, "-m", "flockwire_operator", *map(str, arguments)]
     done = subprocess.run(
         line, stdout=stdout, stderr=subprocess.PIPE, text=True, timeout=60, check=False, env=environment
     )
@@ -117,7 +117,7 @@ def test_the_end_of_a_process_does_not_wait_for_a_paused_reader():
 @pytest.mark.parametrize(("unbuffered", "written"), [("1", ("out\n", "err\n")), ("", ("", "err\n"))])
 def test_a_line_is_written_when_python_would_write_it(unbuffered, written):
     script = (
-        "import os, sys\nfrom flockwire.runtime.standard_streams import tolerant\n"
+        "import os, sys\nfrom flockwire_core.runtime.standard_streams import tolerant\n"
         "with tolerant():\n    print('out')\n    print('err', file=sys.stderr)\n    os._exit(0)"
     )
     environment = os.environ | {"PYTHONUNBUFFERED": unbuffered}

@@ -8,12 +8,12 @@ import threading
 from types import SimpleNamespace
 
 import pytest
-from flockwire import clock
-from flockwire.domain.pose import Pose
-from flockwire.runtime.subscriptions import BEHIND, Prompt, Wakeup
-from flockwire.wire.codec import encode
-from flockwire.wire.inbox import attachment, inbox_of
-from flockwire.wire.keys import MISSION, Key
+from flockwire_core import clock
+from flockwire_core.domain.pose import Pose
+from flockwire_core.runtime.subscriptions import BEHIND, Prompt, Wakeup
+from flockwire_core.wire.codec import encode
+from flockwire_core.wire.inbox import attachment, inbox_of
+from flockwire_core.wire.keys import MISSION, Key
 
 POSE = Key("pose", "uav1")
 SESSION = b"0123456789ab"

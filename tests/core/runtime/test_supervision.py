@@ -4,12 +4,12 @@ import socket
 from types import SimpleNamespace
 
 import pytest
-from flockwire import clock
-from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.runtime import supervision
-from flockwire.runtime.supervision import Supervision
-from flockwire.wire.status import Report
-from flockwire_cli import health
+from flockwire_core import clock
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.runtime import supervision
+from flockwire_core.runtime.supervision import Supervision
+from flockwire_core.wire.status import Report
+from flockwire_operator.cli import health
 
 
 @pytest.fixture

@@ -5,9 +5,9 @@ from itertools import accumulate
 from time import monotonic_ns
 
 import pytest
-from flockwire.domain.time import SECOND, nanoseconds
-from flockwire.runtime import ticker as ticker_module
-from flockwire.runtime.ticker import Ticker
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.runtime import ticker as ticker_module
+from flockwire_core.runtime.ticker import Ticker
 
 PERIOD = 0.002
 NS = nanoseconds(PERIOD)

@@ -10,9 +10,9 @@ import pytest
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
-from flockwire.security.credentials import load_credentials
-from flockwire.security.files import Credentials, CredentialsError, default_folder
-from flockwire.security.pki import BEGIN, FLIGHT, LIFE, Signer, issue, new_authority, read_authority, save
+from flockwire_core.security.credentials import load_credentials
+from flockwire_core.security.files import Credentials, CredentialsError, default_folder
+from flockwire_core.security.pki import BEGIN, FLIGHT, LIFE, Signer, issue, new_authority, read_authority, save
 
 CHOWN = "`chown -R` the keys folder to the user who runs this"
 DAY, MINUTE = timedelta(days=1), timedelta(minutes=1)

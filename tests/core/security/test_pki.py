@@ -12,10 +12,10 @@ from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives import serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID
-from flockwire.security import pki
-from flockwire.security.credentials import common_name, load_credentials
-from flockwire.security.files import CredentialsError, hold
-from flockwire.security.pki import (
+from flockwire_core.security import pki
+from flockwire_core.security.credentials import common_name, load_credentials
+from flockwire_core.security.files import CredentialsError, hold
+from flockwire_core.security.pki import (
     AUTHORITY_LIFE,
     BEGIN,
     LIFE,

@@ -4,11 +4,11 @@ import os
 import signal
 
 import pytest
-from flockwire.security import credentials
-from flockwire.security.credentials import load_credentials
-from flockwire.security.files import CredentialsError
-from flockwire.security.verification import verify
-from flockwire.wire.plan import AUTHORITY
+from flockwire_core.security import credentials
+from flockwire_core.security.credentials import load_credentials
+from flockwire_core.security.files import CredentialsError
+from flockwire_core.security.verification import verify
+from flockwire_core.wire.plan import AUTHORITY
 
 
 @pytest.fixture

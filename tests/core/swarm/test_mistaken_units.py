@@ -6,9 +6,9 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from flockwire.swarm.model import Swarm
-from flockwire.swarm.outline import entries, explanation, of_field
-from flockwire.swarm.wording import takes
+from flockwire_core.swarm.model import Swarm
+from flockwire_core.swarm.outline import entries, explanation, of_field
+from flockwire_core.swarm.wording import takes
 
 MISTAKEN = {
     "gateway.latency": 8,

@@ -1,7 +1,7 @@
 """The rules that tie a swarm file's keys together; those of hosts and addresses are in wire/test_address_rules.py."""
 
 import pytest
-from flockwire.loading import SwarmFileError
+from flockwire_core.loading import SwarmFileError
 
 VIRTUAL = {"leader.kind": "virtual", "drones.0": None}
 TRACKED = {"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2]}

@@ -4,9 +4,9 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from flockwire.swarm.model import Swarm
-from flockwire.swarm.outline import entries, explanation
-from flockwire.swarm.schema import schema
+from flockwire_core.swarm.model import Swarm
+from flockwire_core.swarm.outline import entries, explanation
+from flockwire_core.swarm.schema import schema
 from jsonschema import Draft202012Validator
 
 ROOT = Path(__file__).parents[3]
@@ -22,7 +22,7 @@ def validator():
     return Draft202012Validator(made)
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "swarms").glob("*.toml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.toml")), ids=lambda path: path.stem)
 def test_the_schema_accepts_the_shipped_swarms(validator, path):
     assert not list(validator.iter_errors(tomllib.loads(path.read_text())))
 

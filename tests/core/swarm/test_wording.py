@@ -1,6 +1,6 @@
 """A value beside the limit that it breaks is never shown as the limit."""
 
-from flockwire.swarm.wording import beside
+from flockwire_core.swarm.wording import beside
 from hypothesis import given
 from hypothesis import strategies as st
 

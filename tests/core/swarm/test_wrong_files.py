@@ -4,7 +4,7 @@ import importlib.util
 from pathlib import Path
 
 import pytest
-from flockwire.loading import SwarmFileError, load_swarm
+from flockwire_core.loading import SwarmFileError, load_swarm
 
 specification = importlib.util.spec_from_file_location("wrong_files", Path(__file__).with_name("wrong_files.py"))
 wrong_files = importlib.util.module_from_spec(specification)

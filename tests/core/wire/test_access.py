@@ -3,9 +3,9 @@
 from itertools import product
 
 import zenoh
-from flockwire.wire.access import access_control
-from flockwire.wire.keys import key_text
-from flockwire.wire.plan import Plan
+from flockwire_core.wire.access import access_control
+from flockwire_core.wire.keys import key_text
+from flockwire_core.wire.plan import Plan
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from table_rows import table_rows

@@ -1,7 +1,7 @@
 """The rules of hosts, ports and addresses, which only the plan can judge."""
 
 import pytest
-from flockwire.loading import SwarmFileError
+from flockwire_core.loading import SwarmFileError
 
 TWO_HOSTS = {"a": {"address": "127.8.9.1"}, "b": {"address": "::1"}}
 WRONG = [

@@ -1,10 +1,10 @@
 """Batches of messages for the recorder."""
 
 import pytest
-from flockwire.domain.time import SECOND
-from flockwire.wire.batch import FULL, PERIOD, Batch, Collecting, Entry, Head, decode_batch, encode_batch
-from flockwire.wire.cdr import MessageError
-from flockwire.wire.schemas import ROS_TYPES, schema_text
+from flockwire_core.domain.time import SECOND
+from flockwire_core.wire.batch import FULL, PERIOD, Batch, Collecting, Entry, Head, decode_batch, encode_batch
+from flockwire_core.wire.cdr import MessageError
+from flockwire_core.wire.schemas import ROS_TYPES, schema_text
 from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore

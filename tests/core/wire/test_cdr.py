@@ -1,5 +1,5 @@
 import pytest
-from flockwire.wire.cdr import HEADER, LONGEST_SEQUENCE, MessageError, Reader, Writer
+from flockwire_core.wire.cdr import HEADER, LONGEST_SEQUENCE, MessageError, Reader, Writer
 from hypothesis import given
 from hypothesis import strategies as st
 

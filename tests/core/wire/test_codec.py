@@ -2,18 +2,18 @@
 
 import numpy as np
 import pytest
-from flockwire.domain.airframe import Command, FlightState, Telemetry
-from flockwire.domain.bids import Bid, Bids
-from flockwire.domain.body import Body, BodyKind, Nearby
-from flockwire.domain.motion import Estimate, LeaderMotion, Leading
-from flockwire.domain.order import LONGEST_CHANGE, MISSION_VERBS, Change, Mission, Stop, Version
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND, TimeReply, TimeRequest
-from flockwire.wire.cdr import MessageError
-from flockwire.wire.codec import decode, encode
-from flockwire.wire.keys import TABLE
-from flockwire.wire.schemas import DEFINITIONS, ROS_TYPES, schema_text
-from flockwire.wire.status import PLACE, Reason, Report, Status, place_reason
+from flockwire_core.domain.airframe import Command, FlightState, Telemetry
+from flockwire_core.domain.bids import Bid, Bids
+from flockwire_core.domain.body import Body, BodyKind, Nearby
+from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
+from flockwire_core.domain.order import LONGEST_CHANGE, MISSION_VERBS, Change, Mission, Stop, Version
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND, TimeReply, TimeRequest
+from flockwire_core.wire.cdr import MessageError
+from flockwire_core.wire.codec import decode, encode
+from flockwire_core.wire.keys import TABLE
+from flockwire_core.wire.schemas import DEFINITIONS, ROS_TYPES, schema_text
+from flockwire_core.wire.status import PLACE, Reason, Report, Status, place_reason
 from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore

@@ -1,12 +1,12 @@
 import tracemalloc
 
 import pytest
-from flockwire.domain.order import Mission, Stop
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND, TimeReply, TimeRequest, nanoseconds
-from flockwire.wire.codec import encode
-from flockwire.wire.inbox import ATTACHMENT, CANARY, MISDIRECTED, Inbox, attachment, publisher_of, read_attachment
-from flockwire.wire.keys import MISSION, ROWS, STOP, TIME_REPLY, TIME_REQUEST, Key
+from flockwire_core.domain.order import Mission, Stop
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND, TimeReply, TimeRequest, nanoseconds
+from flockwire_core.wire.codec import encode
+from flockwire_core.wire.inbox import ATTACHMENT, CANARY, MISDIRECTED, Inbox, attachment, publisher_of, read_attachment
+from flockwire_core.wire.keys import MISSION, ROWS, STOP, TIME_REPLY, TIME_REQUEST, Key
 from hypothesis import given
 from hypothesis import strategies as st
 

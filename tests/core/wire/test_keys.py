@@ -1,8 +1,8 @@
 import pytest
-from flockwire.swarm.model import uav
-from flockwire.wire.keys import MISSION, ROWS, STOP, TABLE, TIME_REPLY, TIME_REQUEST, Delivery, Key, key_text
-from flockwire.wire.plan import Plan
-from flockwire.wire.processes import PROCESSES, Roster
+from flockwire_core.swarm.model import uav
+from flockwire_core.wire.keys import MISSION, ROWS, STOP, TABLE, TIME_REPLY, TIME_REQUEST, Delivery, Key, key_text
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.processes import PROCESSES, Roster
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

@@ -4,15 +4,15 @@ import time
 from struct import pack
 
 import pytest
-from flockwire.domain.airframe import Command, FlightState, Telemetry
-from flockwire.domain.bids import Bid, Bids
-from flockwire.domain.body import Body, BodyKind, Nearby
-from flockwire.domain.motion import Estimate, LeaderMotion, Leading
-from flockwire.domain.order import Change, Mission, Stop, Version
-from flockwire.domain.pose import Pose
-from flockwire.wire.cdr import HEADER, LONGEST_SEQUENCE, MessageError
-from flockwire.wire.codec import decode, encode
-from flockwire.wire.status import Report, Status
+from flockwire_core.domain.airframe import Command, FlightState, Telemetry
+from flockwire_core.domain.bids import Bid, Bids
+from flockwire_core.domain.body import Body, BodyKind, Nearby
+from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
+from flockwire_core.domain.order import Change, Mission, Stop, Version
+from flockwire_core.domain.pose import Pose
+from flockwire_core.wire.cdr import HEADER, LONGEST_SEQUENCE, MessageError
+from flockwire_core.wire.codec import decode, encode
+from flockwire_core.wire.status import Report, Status
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -1,7 +1,7 @@
 import pytest
-from flockwire.swarm.model import uav
-from flockwire.wire.keys import MISSION, STOP, Key
-from flockwire.wire.plan import Plan
+from flockwire_core.swarm.model import uav
+from flockwire_core.wire.keys import MISSION, STOP, Key
+from flockwire_core.wire.plan import Plan
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from table_rows import table_rows

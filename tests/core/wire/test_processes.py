@@ -4,9 +4,9 @@ import json
 from itertools import combinations
 
 import pytest
-from flockwire.objects import load_object
-from flockwire.swarm.model import Swarm
-from flockwire.wire.processes import DRONE_PORTS, PROCESSES, SINGLE_PORTS, Link, Member, Roster
+from flockwire_core.objects import load_object
+from flockwire_core.swarm.model import Swarm
+from flockwire_core.wire.processes import DRONE_PORTS, PROCESSES, SINGLE_PORTS, Link, Member, Roster
 
 ROWS = {row.kind: row for row in PROCESSES}
 VIRTUAL = {"leader.kind": "virtual", "drones.0": None}

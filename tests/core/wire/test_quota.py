@@ -1,13 +1,13 @@
 """What one key may bring: so many messages a second, each so large; what exceeds that is dropped and counted."""
 
 import pytest
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND
-from flockwire.wire.cdr import MessageError
-from flockwire.wire.codec import decode, encode
-from flockwire.wire.inbox import BURST, OVER_QUOTA, Inbox, Quota, attachment
-from flockwire.wire.keys import ROWS, TABLE, Key
-from flockwire.wire.status import LONGEST_TEXT, MOST_LINKS, MOST_REASONS, MOST_REJECTIONS, Reason, Report, Status
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND
+from flockwire_core.wire.cdr import MessageError
+from flockwire_core.wire.codec import decode, encode
+from flockwire_core.wire.inbox import BURST, OVER_QUOTA, Inbox, Quota, attachment
+from flockwire_core.wire.keys import ROWS, TABLE, Key
+from flockwire_core.wire.status import LONGEST_TEXT, MOST_LINKS, MOST_REASONS, MOST_REJECTIONS, Reason, Report, Status
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -4,16 +4,16 @@ import asyncio
 import socket
 
 import pytest
-from flockwire import clock
-from flockwire.domain.time import SECOND
-from flockwire.swarm.gateway import NatNet
+from flockwire_core import clock
+from flockwire_core.domain.time import SECOND
+from flockwire_core.swarm.gateway import NatNet
 from flockwire_mocap.natnet.client import NatNetClient
 from flockwire_mocap.natnet.packets import DATA_PORT, GROUP, HEADER, Kind
-from flockwire_mocap.natnet.server import NatNetServer
 from flockwire_mocap.natnet.session import NatNetSession
 from flockwire_mocap.natnet.source import trouble
-from flockwire_mocap.natnet.twin import TwinOptions
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
+from flockwire_twins.trackers.natnet import TwinOptions
+from flockwire_twins.trackers.natnet_server import NatNetServer
 from streaming import stream
 from waiting import SOON, until
 

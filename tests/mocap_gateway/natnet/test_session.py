@@ -1,6 +1,6 @@
 import pytest
-from flockwire.domain.time import SECOND
-from flockwire.swarm.gateway import NatNet
+from flockwire_core.domain.time import SECOND
+from flockwire_core.swarm.gateway import NatNet
 from flockwire_mocap.natnet.encoding import (
     encode,
     encode_command,

@@ -1,12 +1,12 @@
 from struct import pack
 
 import pytest
-from flockwire.domain.time import SECOND
+from flockwire_core.domain.time import SECOND
 from flockwire_mocap.natnet.encoding import encode, encode_command, encode_connect, encode_model_request
 from flockwire_mocap.natnet.packets import Kind, ModelDefinition, Other, Response
 from flockwire_mocap.natnet.parsing import parse
-from flockwire_mocap.natnet.twin import FREQUENCY, LIFETIME, NatNetTwin, TwinOptions
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
+from flockwire_twins.trackers.natnet import FREQUENCY, LIFETIME, NatNetTwin, TwinOptions
 
 ALICE, BOB = ("10.0.0.2", 4000), ("10.0.0.3", 4000)
 BODY = ReportedBody(7, None, (1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0), tracked=True)

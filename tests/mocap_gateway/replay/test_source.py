@@ -1,17 +1,17 @@
 import asyncio
 
 import pytest
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND
-from flockwire.ros.definitions import MESSAGES, NAMED_POSES, POSE, POSES, TRANSFORMS
-from flockwire.ros.messages import Transform, pose_array, transforms
-from flockwire.wire.cdr import Writer
-from flockwire.wire.codec import encode
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND
+from flockwire_core.ros.definitions import MESSAGES, NAMED_POSES, POSE, POSES, TRANSFORMS
+from flockwire_core.ros.messages import Transform, pose_array, transforms
+from flockwire_core.wire.cdr import Writer
+from flockwire_core.wire.codec import encode
+from flockwire_lab.flight import TraceFile
+from flockwire_lab.world import World
 from flockwire_mocap.core import make_core
 from flockwire_mocap.process import feed
 from flockwire_mocap.replay.source import RecordedPose, read_poses
-from flockwire_sim.flight import TraceFile
-from flockwire_sim.world import World
 from mcap.writer import Writer as Recorder
 
 NOW = 1_790_000_000 * SECOND

@@ -7,17 +7,17 @@ from random import Random
 from typing import Any
 
 import pytest
-from flockwire.domain.pose import Pose
-from flockwire.domain.time import SECOND
-from flockwire.process.cores import Start
-from flockwire.ros.advice import advice
-from flockwire.ros.definitions import NAMED_POSES, ODOMETRY, POSE, POSES, TRANSFORM, TRANSFORMS
-from flockwire.ros.graph import End, dds_type
-from flockwire.ros.messages import Transform, pose_array, transforms
-from flockwire.ros.type_hash import type_hash
-from flockwire.wire.cdr import Writer
-from flockwire.wire.codec import encode
-from flockwire.wire.plan import Plan
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND
+from flockwire_core.process.cores import Start
+from flockwire_core.ros.advice import advice
+from flockwire_core.ros.definitions import NAMED_POSES, ODOMETRY, POSE, POSES, TRANSFORM, TRANSFORMS
+from flockwire_core.ros.graph import End, dds_type
+from flockwire_core.ros.messages import Transform, pose_array, transforms
+from flockwire_core.ros.type_hash import type_hash
+from flockwire_core.wire.cdr import Writer
+from flockwire_core.wire.codec import encode
+from flockwire_core.wire.plan import Plan
 from flockwire_mocap.ros.naming import SINGLE
 from flockwire_mocap.ros.source import MOST_BODIES, NO_STAMP, OWNED, SAME, UNSET, RosSource
 

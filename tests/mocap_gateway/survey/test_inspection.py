@@ -1,5 +1,5 @@
 import pytest
-from flockwire.domain.time import SECOND
+from flockwire_core.domain.time import SECOND
 from flockwire_mocap.streamed import coordinates_of
 from flockwire_mocap.survey.inspection import Inspection
 from flockwire_mocap.tracking import NO_FRAMES, ReportedBody, TrackerFrame

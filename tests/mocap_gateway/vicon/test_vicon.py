@@ -8,7 +8,7 @@ from types import SimpleNamespace
 from unittest.mock import Mock
 
 import pytest
-from flockwire.extras import remedy
+from flockwire_core.extras import remedy
 from flockwire_mocap.core import make_core
 from flockwire_mocap.persistent import imported
 from flockwire_mocap.vicon import child

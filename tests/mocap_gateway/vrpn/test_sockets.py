@@ -3,11 +3,11 @@
 import asyncio
 import socket
 
-from flockwire import clock
+from flockwire_core import clock
 from flockwire_mocap.core import make_core
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 from flockwire_mocap.vrpn.client import VrpnClient
-from flockwire_mocap.vrpn.server import VrpnServer
+from flockwire_twins.trackers.vrpn import VrpnServer
 from streaming import stream
 from waiting import until
 

@@ -2,11 +2,11 @@ from itertools import pairwise
 from math import dist
 
 import pytest
-from flockwire.control.airframe.disturbance import LEVEL, VERTICAL, WHOLE, DisturbedAirframe
-from flockwire.control.airframe.first_order_lag import lagged_motion
-from flockwire.control.airframe.gain import SETTLED, AirframeGain
-from flockwire.control.airframe.state import AirframeState
-from flockwire.domain.vector import ZERO, add, norm, scale, subtract
+from flockwire_core.control.airframe.disturbance import LEVEL, VERTICAL, WHOLE, DisturbedAirframe
+from flockwire_core.control.airframe.first_order_lag import lagged_motion
+from flockwire_core.control.airframe.gain import SETTLED, AirframeGain
+from flockwire_core.control.airframe.state import AirframeState
+from flockwire_core.domain.vector import ZERO, add, norm, scale, subtract
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

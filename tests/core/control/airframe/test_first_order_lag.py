@@ -1,7 +1,7 @@
 from math import atan, exp, inf, pi
 
 import pytest
-from flockwire.control.airframe.first_order_lag import critical_gain, lagged, lagged_motion, smallest_smoothing
+from flockwire_core.control.airframe.first_order_lag import critical_gain, lagged, lagged_motion, smallest_smoothing
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -2,10 +2,10 @@ from math import sin
 from random import Random
 
 import pytest
-from flockwire.control.airframe.disturbance import DisturbedAirframe
-from flockwire.control.airframe.first_order_lag import lagged_motion
-from flockwire.control.airframe.gain import HIGHEST, LOWEST, AirframeGain, BandPass
-from flockwire.domain.vector import ZERO, add, scale, subtract
+from flockwire_core.control.airframe.disturbance import DisturbedAirframe
+from flockwire_core.control.airframe.first_order_lag import lagged_motion
+from flockwire_core.control.airframe.gain import HIGHEST, LOWEST, AirframeGain, BandPass
+from flockwire_core.domain.vector import ZERO, add, scale, subtract
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

@@ -3,11 +3,11 @@
 from math import cos, pi, sin
 
 import pytest
-from flockwire.control.airframe.first_order_lag import lagged_motion
-from flockwire.control.airframe.motion_residual import MotionResidual
-from flockwire.control.airframe.state import AirframeState
-from flockwire.domain.motion import Motion
-from flockwire.domain.vector import ZERO, add, scale
+from flockwire_core.control.airframe.first_order_lag import lagged_motion
+from flockwire_core.control.airframe.motion_residual import MotionResidual
+from flockwire_core.control.airframe.state import AirframeState
+from flockwire_core.domain.motion import Motion
+from flockwire_core.domain.vector import ZERO, add, scale
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -3,8 +3,8 @@ from __future__ import annotations
 from math import exp
 
 import pytest
-from flockwire.control.airframe.first_order_lag import lead, stopping_reference
-from flockwire.control.airframe.state import AirframeState
+from flockwire_core.control.airframe.first_order_lag import lead, stopping_reference
+from flockwire_core.control.airframe.state import AirframeState
 from hypothesis import given
 from hypothesis import strategies as st
 

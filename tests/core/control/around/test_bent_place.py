@@ -7,10 +7,10 @@ from math import dist, hypot
 from random import Random
 
 import pytest
-from flockwire.control.around.bent_place import SPARE, BentPlace, DetourParameters
-from flockwire.control.fence import Room
-from flockwire.domain.body import Body, BodyKind, Separation
-from flockwire.domain.vector import ZERO, Vector, add, subtract
+from flockwire_core.control.around.bent_place import SPARE, BentPlace, DetourParameters
+from flockwire_core.control.fence import Room
+from flockwire_core.domain.body import Body, BodyKind, Separation
+from flockwire_core.domain.vector import ZERO, Vector, add, subtract
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

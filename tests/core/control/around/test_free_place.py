@@ -7,9 +7,9 @@ from random import Random
 
 import numpy as np
 import pytest
-from flockwire.control.around.free_place import Disc, is_free, nearest_free_place
-from flockwire.control.fence import Room
-from flockwire.control.plane_polygon import clearance
+from flockwire_core.control.around.free_place import Disc, is_free, nearest_free_place
+from flockwire_core.control.fence import Room
+from flockwire_core.control.plane_polygon import clearance
 
 LOW, HIGH = (-1.0, -1.5, -0.5), (1.0, 1.5, 3.0)
 BOX = Room(LOW, HIGH)

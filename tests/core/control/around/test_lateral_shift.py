@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import cos, dist, sin
 
 import pytest
-from flockwire.control.around.lateral_shift import half_width, lateral_shift, rounded
+from flockwire_core.control.around.lateral_shift import half_width, lateral_shift, rounded
 from hypothesis import given
 from hypothesis import strategies as st
 

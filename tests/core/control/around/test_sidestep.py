@@ -3,9 +3,9 @@ from __future__ import annotations
 from math import cos, hypot, pi, sin
 
 import pytest
-from flockwire.control.around.sidestep import Sidestep, SidestepParameters, sidestep
-from flockwire.domain.body import Body, BodyKind, Separation
-from flockwire.domain.vector import Vector
+from flockwire_core.control.around.sidestep import Sidestep, SidestepParameters, sidestep
+from flockwire_core.domain.body import Body, BodyKind, Separation
+from flockwire_core.domain.vector import Vector
 from hypothesis import given
 from hypothesis import strategies as st
 

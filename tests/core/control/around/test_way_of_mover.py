@@ -5,11 +5,11 @@ from __future__ import annotations
 from math import cos, hypot, pi, sin
 
 import pytest
-from flockwire.control.around.bent_place import DetourParameters
-from flockwire.control.around.way_of_mover import EDGE, WayOfMover
-from flockwire.control.fence import Room
-from flockwire.domain.body import Body, BodyKind, Separation
-from flockwire.domain.vector import ZERO, Vector
+from flockwire_core.control.around.bent_place import DetourParameters
+from flockwire_core.control.around.way_of_mover import EDGE, WayOfMover
+from flockwire_core.control.fence import Room
+from flockwire_core.domain.body import Body, BodyKind, Separation
+from flockwire_core.domain.vector import ZERO, Vector
 from hypothesis import given
 from hypothesis import strategies as st
 

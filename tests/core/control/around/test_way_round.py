@@ -5,12 +5,12 @@ from __future__ import annotations
 from math import cos, dist, hypot, inf, pi, radians, sin
 
 import pytest
-from flockwire.control.around.bent_place import DetourParameters
-from flockwire.control.around.way_round import BERTH, WayRound, is_straight, turns, widened
-from flockwire.control.fence import Room
-from flockwire.domain.body import Body, BodyKind, Separation
-from flockwire.domain.motion import Motion
-from flockwire.domain.vector import ZERO, Vector
+from flockwire_core.control.around.bent_place import DetourParameters
+from flockwire_core.control.around.way_round import BERTH, WayRound, is_straight, turns, widened
+from flockwire_core.control.fence import Room
+from flockwire_core.domain.body import Body, BodyKind, Separation
+from flockwire_core.domain.motion import Motion
+from flockwire_core.domain.vector import ZERO, Vector
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -1,8 +1,0 @@
-"""Flights by script: `open_swarm` flies a swarm from Python coroutines, in real or in virtual time.
-
-A public interface (docs/python.md). Needs the extra `station`. Times are s of the flight, lengths m, world frame ENU.
-"""
-
-from flockwire_scripting import DroneStatus, Flight, FlightError, open_swarm
-
-__all__ = ["DroneStatus", "Flight", "FlightError", "open_swarm"]

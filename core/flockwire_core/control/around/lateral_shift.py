@@ -1,0 +1,77 @@
+"""The lateral shift with which a place passes beside discs: their half-width, with ramps before and after."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import inf, sqrt
+
+from flockwire_core.control.around.free_place import Disc
+from flockwire_core.control.plane_polygon import Corner
+
+ROUNDING = 0.05  # m over which the way out to a ramp is rounded
+
+
+def half_width(along: float, radius: float, slope: float) -> float:
+    """Return the half-width w, m, of a disc with ramps, at `along` s, m from its centre.
+
+        w(s) = sqrt(R^2 − s^2)                         for |s| <= s_1 = R m / sqrt(1 + m^2)
+        w(s) = sqrt(R^2 − s_1^2) − m (|s| − s_1)       beyond, negative in the end        (ours)
+
+    The ramps are tangents of `slope` m to the circle of `radius` R: w is continuously differentiable, |w'| <= m.
+    """
+    root = sqrt(1.0 + slope * slope)
+    knee, s = radius * slope / root, abs(along)
+    return sqrt(radius * radius - s * s) if s <= knee else radius / root - slope * (s - knee)
+
+
+def rounded(excess: float) -> float:
+    """Return max(0, x), rounded to be continuously differentiable, for `excess` x, m; never less than it.
+
+    f(x) = 0 for x <= −b,   (x + b)^2 / 4 b   in between,   x for x >= b
+    """
+    if excess <= -ROUNDING:
+        return 0.0
+    return excess if excess >= ROUNDING else (excess + ROUNDING) ** 2 / (4.0 * ROUNDING)
+
+
+def lateral_shift(
+    place: Corner, along: Corner, discs: Sequence[Disc], side: float, slope: float, early: float = 0.0
+) -> tuple[float, float]:
+    """Return the shift x of a place beside `discs`, m, and the largest, X, that it will need.
+
+        x = max_k f(w(s_k) − d_k),   X = max_k R_k − d_k        (ours)
+
+    `place` (m) moves along the unit vector `along`. s_k is its position along it and d_k that to the `side` (+1: left,
+    −1: right) of disc k. Only those discs count that the place's line crosses, and those that overlap with them and
+    that the line shifted by X crosses. Both are 0 if there are none. The shift is reached `early`, m, before the
+    discs: s_k + early counts in place of s_k < 0, but 0 at most.
+    """
+    (px, py), (ux, uy) = place, along
+    own: list[tuple[float, float, float]] = []
+    others: list[tuple[float, float, float]] = []
+    for cx, cy, r in discs:
+        x, y = px - cx, py - cy
+        s, d = ux * x + uy * y, side * (ux * y - uy * x)
+        if s < r + (2.0 * r + ROUNDING) / slope:  # not passed
+            s = max(min(s + early, 0.0), s)
+            (own if abs(d) < r else others).append((s, d, r))
+    if not own:
+        return 0.0, 0.0
+    largest = -inf
+    for _, d, r in own:
+        largest = max(largest, r - d)
+    more = bool(others)
+    while more:
+        more = False
+        for disc in others:
+            s, d, r = disc
+            if abs(d + largest) < r and any(abs(s - t) < r + q for t, _, q in own):
+                own.append(disc)
+                others.remove(disc)
+                largest = max(largest, r - d)
+                more = True
+                break
+    shift = 0.0
+    for s, d, r in own:
+        shift = max(shift, rounded(half_width(s, r, slope) - d))
+    return shift, largest

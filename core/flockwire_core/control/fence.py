@@ -1,0 +1,116 @@
+"""The room that no drone may leave: a box, optionally intersected with the upright prism over a polygon."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import hypot, inf, sqrt
+from typing import Final
+
+from flockwire_core.control.barrier import approach_speed, keep_inside
+from flockwire_core.control.plane_polygon import Corner, clearance, edges, inward_normal, nearest_on_edge, sharpness
+from flockwire_core.control.safety_filter import HalfSpace
+from flockwire_core.domain.frozen import Frozen
+from flockwire_core.domain.vector import Vector
+
+_COINCIDENT: Final = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Room(Frozen):
+    """From `low` to `high` (m, world frame); horizontally within the polygon of `corners`, if there is one."""
+
+    low: Vector
+    high: Vector
+    corners: tuple[Corner, ...] = ()
+
+    def walls(self) -> Iterator[tuple[Corner, Corner]]:
+        """Yield the walls in the horizontal plane, each from corner to corner: those of the box, then the polygon's."""
+        (a, b, _), (d, e, _) = self.low, self.high
+        yield from edges(((a, b), (d, b), (d, e), (a, e)))
+        if self.corners:
+            yield from edges(self.corners)
+
+    def outside(self, position: Vector) -> float:
+        """Return the distance of `position` outside, m (the largest excess; 0 inside)."""
+        x, y, z = position
+        a, b, c = self.low
+        d, e, f = self.high
+        beyond = 0.0
+        if not (a <= x <= d and b <= y <= e and c <= z <= f):
+            beyond = max(a - x, x - d, b - y, y - e, c - z, z - f)
+        if not self.corners:
+            return beyond
+        return max(beyond, -clearance(self.corners, (x, y))[0])
+
+    def sides(self, position: Vector) -> Iterator[tuple[float, Vector]]:
+        """Yield the distance of `position` from each side and the nearest wall, m, and the outward direction."""
+        for axis, (p, low, high) in enumerate(zip(position, self.low, self.high, strict=True)):
+            out = (float(axis == 0), float(axis == 1), float(axis == 2))
+            yield high - p, out
+            yield p - low, (-out[0], -out[1], -out[2])
+        if self.corners:
+            distance, (nx, ny) = clearance(self.corners, position[:2])
+            yield distance, (-nx, -ny, 0.0)
+
+    def inwards(self, velocity: Vector, position: Vector) -> Vector:
+        """Return `velocity` (m/s) without its outward component at the boundary or outside."""
+        low, high = self.low, self.high
+        if not (low[0] < position[0] < high[0] and low[1] < position[1] < high[1] and low[2] < position[2] < high[2]):
+            x, y, z = (
+                max(v, 0.0) if p <= a else min(v, 0.0) if p >= b else v
+                for v, p, a, b in zip(velocity, position, low, high, strict=True)
+            )
+            velocity = (x, y, z)
+        if self.corners:
+            distance, (nx, ny) = clearance(self.corners, position[:2])
+            along = nx * velocity[0] + ny * velocity[1]
+            if distance <= 0.0 and along < 0.0:
+                velocity = (velocity[0] - along * nx, velocity[1] - along * ny, velocity[2])
+        return velocity
+
+    @property
+    def braking_share(self) -> float:
+        """The share of an acceleration that each side may require, so that all that meet in a corner can at once."""
+        share = min(sqrt(0.5), sharpness(self.corners)) if self.corners else sqrt(0.5)
+        return share / hypot(1.0, share)  # floor or ceiling besides
+
+    def half_spaces(
+        self,
+        position: Vector,
+        stopping: Vector,
+        floor: float,
+        rate: float,
+        braking: float,
+        speed: float,
+        recovery: float = inf,
+    ) -> list[HalfSpace]:
+        """Return the half-spaces of velocities that stay in the room above `floor` (m), or come back to it.
+
+        As `keep_inside`; each edge of a polygon is a separate wall, n from its nearest point to the path from the
+        position to the stopping point. Outside, n leads straight back, and no other edge counts.
+        """
+        low = (self.low[0], self.low[1], max(self.low[2], floor))
+        found = keep_inside(position, stopping, low, self.high, rate, braking, speed, recovery)
+        if not self.corners:
+            return found
+        ends = (position[:2], stopping[:2])
+        distance, (nx, ny) = min(clearance(self.corners, end) for end in ends)
+        if distance <= 0.0:
+            return [*found, (nx, ny, 0.0, min(-approach_speed(distance, rate, braking), recovery))]
+        for edge in edges(self.corners):
+            gap, (nx, ny) = self._away(edge, ends)
+            least = -approach_speed(gap, rate, braking)
+            if least > -speed:
+                found.append((nx, ny, 0.0, least))
+        return found
+
+    def _away(self, edge: tuple[Corner, Corner], way: tuple[Corner, Corner]) -> tuple[float, Corner]:
+        """Return the distance, m, between an edge and a way, and the unit vector from the one to the other."""
+        gaps = [(nearest_on_edge(end, edge), end) for end in way]
+        gaps += [(end, nearest_on_edge(end, way)) for end in edge]
+        (ax, ay), (bx, by) = min(gaps, key=lambda gap: hypot(gap[1][0] - gap[0][0], gap[1][1] - gap[0][1]))
+        distance = hypot(bx - ax, by - ay)
+        if distance <= _COINCIDENT:
+            return 0.0, inward_normal(self.corners, edge)
+        return distance, ((bx - ax) / distance, (by - ay) / distance)

@@ -1,0 +1,249 @@
+"""The safety filter around every law: it limits a drone's commands."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import dist, inf
+from typing import Final, NamedTuple
+
+from flockwire_core.control.barrier import keep_clear, sight_speed, speed_and_acceleration
+from flockwire_core.control.fence import Room
+from flockwire_core.control.safety_filter import HalfSpace, nearest_velocity
+from flockwire_core.control.tracker import BodyTracks, VelocityTracker
+from flockwire_core.domain.body import Body, BodyKind, Separation
+from flockwire_core.domain.marks import Holding
+from flockwire_core.domain.motion import Motion
+from flockwire_core.domain.time import SECOND
+from flockwire_core.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
+
+BODY_TIME_CONSTANT = 0.05  # s, of the trackers of nearby bodies
+UNSEEN: Final = 0.004  # m of distance that others may not see, as they expect another stopping way; else both count
+STOPPING_DISTANCE_FACTOR: Final = 1.25  # stopping-distance factor: the airframe is known to about 20 %
+TOUCHING: Final = 0.2  # m/s, added to the vertical speed: the highest speed in take-off and landing below the floor
+_TOUCHES: Final = 1e-9  # m/s from a constraint within which a velocity is held by it
+_MOVER: Final = 0  # the ranks of half-spaces: what cannot all be satisfied is given up from below
+_FIXED: Final = 1  # walls, obstacles
+_HALT: Final = 2  # as far as standing still satisfies what other drones ask, or the spaces of lost bodies
+_FLIGHT: Final = 3  # what they ask beyond that
+_BODY_MARKS = {
+    BodyKind.DRONE: "guard: a drone",
+    BodyKind.OBSTACLE: "guard: an obstacle",
+    BodyKind.MOVER: "guard: a body that does not yield",
+}
+BARRIER_PERIODS: Final = 4.5  # besides lag and dead time, of the delay of others' reactions (docs/theory.md, section 5)
+
+
+class GuardParameters(NamedTuple):
+    """The parameters of one drone's safety filter."""
+
+    separation: Separation
+    room: Room
+    floor: float  # m
+    speed: float  # m/s, at most
+    vertical_speed: float  # m/s, speed out of an obstacle that has grown around it, and back inside as it lands
+    acceleration: float  # m/s^2, of commands
+    barrier_rate: float  # 1/s, alpha at most
+    slowness: float  # s, lag and dead time of the airframe
+    period: float  # s, between two commands
+    sight: float  # m, within which bodies are sensed; inf without sensing
+
+    @property
+    def rate(self) -> float:
+        """The barrier's rate alpha, 1/s, that suits the airframe."""
+        return min(self.barrier_rate, 1.0 / (self.slowness + BARRIER_PERIODS * self.period))
+
+    @property
+    def fastest(self) -> float:
+        """The highest speed, m/s, of the filter: two drones that meet still stop in time."""
+        return min(self.speed, self.sight_speed(0.0))
+
+    def sight_speed(self, age: float) -> float:
+        """Return the speed, m/s, at which two drones still stop in time if their data is `age` s old."""
+        delay = STOPPING_DISTANCE_FACTOR * self.slowness + 3.0 * self.period
+        return sight_speed(self.sight, self.separation.drone, delay + age, self.acceleration)
+
+
+class Guard:
+    """The safety filter of one drone, and its trackers of nearby drones."""
+
+    def __init__(self, parameters: GuardParameters) -> None:
+        self._parameters = parameters
+        self._rate, self._fastest = parameters.rate, parameters.fastest
+        self._tracks = BodyTracks(BODY_TIME_CONSTANT)
+        self._own: VelocityTracker | None = None  # as late as the others are: both of two see the same velocities
+        self._epoch = 0  # Unix ns, time 0 of the tracks
+        self._asking: list[Body] = []  # the bodies that constrain the velocity, one for each half-space
+        self._at_once = (
+            parameters.acceleration * parameters.room.braking_share
+        )  # m/s^2, by each of several fixed things
+        self.is_cornered = False  # no velocity within the limits satisfies what a mover asks
+        self.cornered = 0  # how often it came to that
+        self._active = 0  # the constraints that held the last velocity, a bit each
+        self._clauses = Holding()
+
+    def velocity(
+        self,
+        wanted: Vector,
+        motion: Motion,
+        bodies: Sequence[Body],
+        stamp: int,
+        now: int,
+        last: Vector,
+        dt: float,
+        speed: float,
+        grounding: bool,
+    ) -> Vector:
+        """Return the nearest velocity to `wanted` that satisfies all constraints.
+
+        `bodies` were seen at `stamp`, relative to `motion.position`, the result of `tracked`; `last` is the command
+        before this one, `dt` s ago; `speed` the current limit; `grounding` during take-off and landing: no floor.
+        """
+        own = self._parameters
+        speed = min(speed, self._fastest)
+        if grounding:
+            above = max(motion.stopping[2] - own.floor, 0.0)
+            speed = min(speed, own.vertical_speed + TOUCHING + self._rate * above)
+        seen = limit(wanted, own.sight_speed(max(now - stamp, 0) / SECOND))
+        spaces = self._bodies(motion, bodies, stamp, now, speed)
+        room, braking = own.room, own.acceleration
+        floor = room.low[2] if grounding else own.floor
+        recovery = own.vertical_speed if grounding else inf  # a landing must not fly back at full speed, but descend
+        spaces += room.half_spaces(motion.position, motion.stopping, floor, self._rate, self._at_once, speed, recovery)
+        lowest = min(-own.vertical_speed - TOUCHING, last[2] + braking * dt) if grounding else -inf
+        if grounding:  # the ground may be nearer than the pose has it
+            spaces.append((0.0, 0.0, 1.0, lowest))
+        centre, radius, sliver = speed_and_acceleration(last, speed, braking * dt)
+        every = spaces if sliver is None else [*spaces, sliver]
+        v, violation = nearest_velocity(seen, every, radius, centre)
+        was, self.is_cornered = self.is_cornered, False
+        if violation > 0.0:
+            v = self._compromise(seen, spaces, sliver, last, speed, braking * dt)
+        self.cornered += self.is_cornered and not was
+        vx, vy, vz = v
+        dx, dy, dz = vx - centre[0], vy - centre[1], vz - centre[2]
+        rim = radius - _TOUCHES
+        active = 16 + 8 * self.is_cornered + 4 * (violation > 0.0) + 2 * (seen != wanted)
+        active += dx * dx + dy * dy + dz * dz > rim * rim
+        for x, y, z, b in every:
+            active = 2 * active + (x * vx + y * vy + z * vz < b + _TOUCHES)
+        if active != self._active:
+            self._active = active
+            self._mark(active, every, sliver is not None, centre == last)
+        return limit((vx, vy, max(vz, lowest)), max(speed, norm(last)))
+
+    def _compromise(
+        self,
+        wanted: Vector,
+        spaces: list[HalfSpace],
+        sliver: HalfSpace | None,
+        last: Vector,
+        speed: float,
+        change: float,
+    ) -> Vector:
+        """Return the velocity where not all can be satisfied, by the ranks of what is asked; set `is_cornered`.
+
+        If only the acceleration forbids more, it is the step from `last`, `change` m/s at most, straight to the nearest
+        velocity that satisfies more, but movers get all that they can in this step; else the nearest to `wanted`.
+        """
+        given, ranks = self._ranked(spaces)
+        there, _ = nearest_velocity(last, given, speed, ZERO, ranks)
+        way = subtract(there, last)
+        movers = [space for space, rank in zip(given, ranks, strict=False) if rank == _MOVER]
+        if norm(way) <= change:
+            v, _ = nearest_velocity(wanted, given, change, last, ranks)
+        else:
+            first = movers if sliver is None or not movers else [*movers, sliver]
+            v, _ = nearest_velocity(add(last, limit(way, change)), first, change, last)
+        v = limit(v, max(speed, norm(last)))
+        x, y, z = v
+        self.is_cornered = any(nx * x + ny * y + nz * z < b - _TOUCHES for nx, ny, nz, b in movers)
+        return v
+
+    def _ranked(self, spaces: list[HalfSpace]) -> tuple[list[HalfSpace], list[int]]:
+        """Return the half-spaces, and the ranks of those of bodies, which come first.
+
+        Another drone, or what may be elsewhere, asks for flight in a rank of its own.
+        """
+        found: list[HalfSpace] = []
+        ranks: list[int] = []
+        for body, space in zip(self._asking, spaces, strict=False):
+            x, y, z, least = space
+            rank = _MOVER if body.kind is BodyKind.MOVER else _FIXED
+            if body.kind is BodyKind.DRONE or (rank == _FIXED and body.velocity != ZERO):  # its surface grows
+                rank = _HALT
+                if least > 0.0:
+                    found.append((x, y, z, 0.0))
+                    ranks.append(_HALT)
+                    rank = _FLIGHT
+            found.append(space)
+            ranks.append(rank)
+        return found + spaces[len(self._asking) :], ranks
+
+    def _mark(self, active: int, spaces: list[HalfSpace], sliver: bool, changes: bool) -> None:
+        """Record the constraints that hold the velocity, by the bits of `active`, the newest space lowest."""
+        found, count = [], len(spaces)
+        for place, (_, _, z, _) in enumerate(spaces):
+            if not active >> (count - 1 - place) & 1:
+                continue
+            if place < len(self._asking):
+                found.append(_BODY_MARKS[self._asking[place].kind])
+            elif sliver and place == count - 1:
+                found.append("guard: the speed, while it changes")
+            else:
+                found.append("guard: the floor" if z > 0.5 else "guard: the ceiling" if z < -0.5 else "guard: a wall")
+        rest = active >> count
+        if rest & 1:
+            found.append("guard: the change of speed" if changes else "guard: the speed")
+        if rest & 2:
+            found.append("guard: the sight")
+        if rest & 4:
+            found.append("guard: no velocity satisfies all")
+        if rest & 8:
+            found.append("guard: no velocity satisfies what a mover asks")
+        self._clauses.update(tuple(found))
+
+    def tracked(self, motion: Motion, bodies: Sequence[Body], stamp: int) -> list[Body]:
+        """Return `bodies`, seen at `stamp` relative to `motion.position`, with the tracked velocities of drones."""
+        self._epoch = self._epoch or stamp
+        at = (stamp - self._epoch) / SECOND
+        if self._own is None or at < self._own.stamp:
+            self._own = VelocityTracker(BODY_TIME_CONSTANT, motion.position, at)
+        self._own.update(motion.position, at)
+        positions = [add(motion.position, body.relative_position) for body in bodies]
+        velocities = self._tracks.update(positions, at)
+        return [
+            Body(body.kind, body.relative_position, body.radius, velocity) if body.kind is BodyKind.DRONE else body
+            for body, velocity in zip(bodies, velocities, strict=True)
+        ]
+
+    def _bodies(self, motion: Motion, bodies: Sequence[Body], stamp: int, now: int, speed: float) -> list[HalfSpace]:
+        rate, parameters = self._rate, self._parameters
+        drone_distance, obstacle_distance = parameters.separation
+        slowness = parameters.slowness
+        own = scale(subtract(motion.stopping, motion.position), STOPPING_DISTANCE_FACTOR if slowness else 1.0)
+        horizon = STOPPING_DISTANCE_FACTOR * slowness + (now - stamp) / SECOND
+        tracked = self._own.velocity if self._own is not None else ZERO
+        seen = scale(tracked, horizon) if slowness else own  # `own` as the other drones see it
+        alone, both, apart = [own], [own, seen], dist(own, seen)
+        found: list[HalfSpace] = []
+        self._asking.clear()
+        for place, body in enumerate(bodies):
+            x, y, z = body.relative_position
+            vx, vy, vz = body.velocity
+            velocity = ZERO if self._tracks.is_new(place) else tracked  # nor has the body seen for the first time one
+            drone = body.kind is BodyKind.DRONE
+            vz = vz if drone or z else 0.0  # beside an upright cylinder no height matters, nor its rate
+            distance = drone_distance if drone else obstacle_distance + body.radius
+            fixed = body.kind is BodyKind.OBSTACLE
+            recovery, braking = (parameters.vertical_speed, self._at_once) if fixed else (inf, parameters.acceleration)
+            unseen = drone and apart * apart > 2.0 * UNSEEN * norm(body.relative_position)
+            for sx, sy, sz in both if unseen else alone:
+                rise = sz if drone or z else 0.0
+                space = keep_clear(
+                    (-x, -y, -z), (sx - x - horizon * vx, sy - y - horizon * vy, rise - z - horizon * vz), velocity,
+                    (vx, vy, vz), drone, distance, rate, braking, speed, recovery,
+                )  # fmt: skip
+                if space is not None:
+                    found.append(space)
+                    self._asking.append(body)
+        return found

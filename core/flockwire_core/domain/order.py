@@ -1,0 +1,71 @@
+"""Orders of operators: a mission of all drones, or a stop."""
+
+from __future__ import annotations
+
+from typing import Final, NamedTuple
+
+from flockwire_core.domain.fields import from_fields
+
+MISSION_VERBS = (
+    "prepare",
+    "takeoff",
+    "start",
+    "formation",
+    "hold",
+    "land",
+)  # "prepare" names the drones that are left out
+IN_FORMATION: Final = ("start", "formation")  # "formation" is "start", but only for drones in the air
+LONGEST_CHANGE = 600.0  # s
+MOST_VERSIONS = 64  # orders that one message names
+
+
+class Change(NamedTuple):
+    """The change to a formation: the one `before`, and the assignments of places in both.
+
+    `places_before[k]` and `places[k]` are the ranks of the k-th follower. `begin` is Unix ns, `duration` s.
+    """
+
+    begin: int
+    duration: float
+    before: str  # a name from [formations], empty for [formation]
+    places_before: tuple[int, ...]
+    places: tuple[int, ...]
+
+
+class Version(NamedTuple):
+    """The identity of an order. Versions are compared for equality: no clock decides."""
+
+    stamp: int  # Unix ns, by the giver's clock
+    giver: int  # number of the giver: 31 bits, one for each flight or order of a station
+
+
+class Mission(NamedTuple):
+    """The operator's order to all drones; each pilot decides by `knows` whether it is in force."""
+
+    stamp: int
+    frame: str
+    verb: str  # one of MISSION_VERBS
+    start: int = 0  # Unix ns of the formation's time 0 (verbs IN_FORMATION)
+    formation: str = ""  # a name from [formations], empty for [formation]
+    change: Change | None = None  # None without a change: each follower has the place of its rank
+    without: tuple[int, ...] = ()  # drones that stay on the ground; no drone waits for them
+    giver: int = 0  # number of the giver (Version)
+    knows: tuple[Version, ...] = ()  # the orders that its giver knew
+
+    @property
+    def version(self) -> Version:
+        """The version of this order."""
+        return from_fields(Version, (self.stamp, self.giver))
+
+    @property
+    def in_formation(self) -> bool:
+        """Whether it orders a formation."""
+        return self.verb in IN_FORMATION
+
+
+class Stop(NamedTuple):
+    """Emergency stop, motors off."""
+
+    stamp: int
+    frame: str
+    reason: str

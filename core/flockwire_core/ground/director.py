@@ -1,0 +1,292 @@
+"""Conducts a flight: takes off when all are ready, starts when all hold, lands when the time is over.
+
+It relies on messages, not on silence: an order is repeated until every pilot has confirmed it and the gateway, which
+repeats it for processes that start later, has it. A flight ends when the telemetry of every drone reports that it is
+down.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+from flockwire_core.domain.marks import sometimes
+from flockwire_core.domain.order import IN_FORMATION, Mission
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.ground.first_places import with_first_places
+from flockwire_core.ground.fleet import STALE, Fleet
+from flockwire_core.ground.known_orders import KnownOrders
+from flockwire_core.ground.lost import FLYING, Lost
+from flockwire_core.ground.order import Order
+from flockwire_core.ground.preflight import problems
+from flockwire_core.ground.standing import Standing
+from flockwire_core.pilot.orders import rank
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.plan import Plan
+
+POLL_PERIOD = 0.05  # s between two checks of the statuses
+
+LEAD_TIME = SECOND // 2  # ns from the start order to the formation's time 0, so that all start together
+STAGE_TIME = 30 * SECOND  # ns, time limit of a stage beside its climb or descent
+GRACE = SECOND  # ns for which a pilot may seem lost: one restarted in flight, or all after this process was frozen
+REPEAT = SECOND // 10  # ns between two repetitions of an unconfirmed order
+
+
+class Stage(StrEnum):
+    """The stage of a flight."""
+
+    PREPARING = "preparing"
+    TAKING_OFF = "taking off"
+    FLYING = "in formation"
+    LANDING = "landing"
+    OVER = "over"
+
+
+UNDER_WAY = (Stage.TAKING_OFF, Stage.FLYING)
+
+
+class Director:
+    """Conducts the flight of `plan` that `order` starts, from take-off to landing, asked for at `asked` (Unix ns).
+
+    It lands after `duration` s (0: when ordered). It follows a hold or a landing that others ordered after `asked`. A
+    pilot may seem lost for `grace` ns before all land. No drone takes off while a pre-flight check fails. The drones
+    `order.without` stay on the ground. `giver` is the unique number of its orders.
+    """
+
+    def __init__(
+        self, plan: Plan, order: Order, giver: int, asked: int, now: int, duration: float = 0.0, grace: int = GRACE
+    ) -> None:
+        self.stage = Stage.PREPARING
+        self.failure = ""
+        self.took_off: int | None = None  # time of the take-off order, Unix ns
+        self._swarm, self._formation, self._without = plan.swarm, order.formation, order.without
+        self._lost = Lost(grace)
+        self._duration = nanoseconds(duration)
+        self._since = self._took_off = now
+        self._fleet = Fleet({}, {}, {}, now, KnownOrders())  # at the last step
+        self._sent = 0  # last publication of the newest order, Unix ns; 0: none
+        self._standing = Standing(giver, asked)
+
+    @property
+    def formation_start(self) -> int | None:
+        """Time 0 of the flight: that of the formation's start, Unix ns; None before it is ordered."""
+        started = self._standing.started
+        return None if started is None else started.start
+
+    def step(self, fleet: Fleet) -> Mission | None:
+        """Return the due order for the state of the whole swarm, or a repetition of an unconfirmed one."""
+        fleet, now, standing = fleet.without(self._without), fleet.now, self._standing
+        self._fleet = fleet
+        self._adopt(standing.look(fleet), fleet)
+        if self.stage is not Stage.LANDING and standing.settle(fleet):
+            self._since = now
+        order = self._next(fleet)
+        if order is None and self.stage not in (Stage.FLYING, Stage.OVER) and now - self._since > self._patience():
+            order = self._out_of_patience(fleet)
+        if order is None and standing.order is not None and self.stage is not Stage.OVER and now - self._sent >= REPEAT:
+            order = self._again(standing.order, fleet) if fleet.lacking(standing.order) else None
+        if order is not None:
+            self._sent = now
+        return order
+
+    def look(self, fleet: Fleet) -> None:
+        """Receive what is known before the first step: an order to land may come before it."""
+        self._fleet = fleet.without(self._without)
+
+    def land(self, now: int) -> Mission | None:
+        """Return the order to land, None if no take-off was ordered and no drone flies: the flight is over."""
+        if self.stage is Stage.OVER or (self.stage is Stage.PREPARING and not self._others_fly):
+            sometimes("director: a landing ends a flight before its take-off")
+            self.stage = Stage.OVER
+            return None
+        sometimes("director: lands")
+        return self._go(Stage.LANDING, self._mission(now, "land"))
+
+    def hold(self, now: int) -> Mission | None:
+        """Return the order to hold, None if no drone flies; during take-off no formation follows it."""
+        if self.stage in UNDER_WAY or (self.stage is Stage.PREPARING and self._others_fly):
+            sometimes(f"director: holds, {self.stage}")
+            return self._go(self.stage, self._mission(now, "hold"))
+        sometimes(f"director: does not hold, {self.stage}")
+        return None
+
+    def resume(self, now: int) -> Mission | None:
+        """Return the order to fly the formation, None if no drone flies; the time of a started one continues.
+
+        During take-off it is the take-off order again, for a pilot that restarted on the ground.
+        """
+        if self.stage not in UNDER_WAY:
+            sometimes(f"director: does not resume, {self.stage}")
+            return None
+        sometimes(f"director: resumes, {self.stage}")
+        if (started := self._standing.started) is not None:
+            absent = tuple(sorted({*started.without, *self._without}))
+            order = started._replace(stamp=now, verb="start", without=absent)
+        else:
+            order = self._mission(now, "takeoff") if self.stage is Stage.TAKING_OFF else self._start(now)
+        return self._go(self.stage, order)
+
+    def unready(self, fleet: Fleet) -> tuple[str, ...]:
+        """Return a sentence for a gateway without poses, each pilot that is not ready, and each failed check."""
+        return (*fleet.without_poses(), *fleet.others_than(Phase.READY, *FLYING), *problems(self._swarm, fleet))
+
+    def stop(self, now: int) -> None:
+        """Record an emergency stop: the flight has failed, and ends when no drone flies; one that is over stays so."""
+        if self.stage is Stage.OVER:
+            return
+        sometimes(f"director: stopped, {self.stage}")
+        self.failure = self.failure or "emergency stop"
+        self.stage, self._since, self._standing.order = Stage.LANDING, now, None
+
+    def abort(self, reason: str, now: int) -> Mission | None:
+        """Land because of `reason`, which becomes the flight's failure; before take-off, end without an order."""
+        sometimes(f"director: aborts, {self.stage}")
+        self.failure = self.failure or reason
+        if self.stage is Stage.PREPARING:
+            self.stage = Stage.OVER
+            return None
+        return self.land(now) if self.stage is not Stage.LANDING else None
+
+    @property
+    def _others_fly(self) -> bool:
+        """Whether a drone flies, or was ordered to by another station, before this flight took off."""
+        holding = self._standing.holding
+        return self._fleet.flies or (holding is not None and holding.verb in ("takeoff", *IN_FORMATION))
+
+    @property
+    def order(self) -> Mission | None:
+        """The newest order, this flight's own or another operator's; None before the first."""
+        return self._standing.order
+
+    @property
+    def ordered(self) -> str:
+        """The verb of the newest order; empty before the first."""
+        return self.order.verb if self.order is not None else ""
+
+    @property
+    def since(self) -> int:
+        """The start of the stage, or the arrival of the newest order, Unix ns."""
+        return max(self._since, self._standing.since)
+
+    def _next(self, fleet: Fleet) -> Mission | None:
+        """Return the order that starts the next stage, None during the stage."""
+        now = fleet.now
+        if self.stage is Stage.PREPARING:  # drones may fly by an order that is not known yet
+            return self._take_off(fleet) if not self._standing.unclear(now) else None
+        if self.stage is Stage.TAKING_OFF and fleet.all_in(Phase.HOLD):
+            if self.ordered != "hold":
+                sometimes("director: all hold, the formation starts")
+                return self._go(Stage.FLYING, self._start(now))
+            sometimes("director: all hold, and a hold was ordered")
+            self.stage, self._since = Stage.FLYING, now
+        if self.stage is Stage.TAKING_OFF and fleet.all_in(Phase.FORMATION):  # the last drone joined a flying formation
+            sometimes("director: the last drone joined a flying formation")
+            self.stage, self._since = Stage.FLYING, now
+        if self.stage in UNDER_WAY:
+            lost = self._lost.first(fleet, self.stage is Stage.TAKING_OFF)
+            if lost is not None:
+                what = "left the formation" if self.stage is Stage.FLYING else "did not take off"
+                sometimes(f"director: a drone {what}")
+                stopped = lost in fleet.fresh and fleet.has_stopped(lost)
+                how = "its motors stopped" if stopped else fleet.why(lost)
+                return self.abort(f"{fleet.pilots[lost]} {what}: {how}", now)
+        if self.stage is Stage.FLYING and self._duration and now - self._took_off >= self._duration:
+            sometimes("director: its time is over")
+            return self.land(now)
+        if self.stage is Stage.LANDING and self.order is not None and fleet.restarted(self.order):
+            sometimes("director: over, another station started again")
+            self.stage = Stage.OVER
+        elif self.stage is Stage.LANDING and not fleet.not_down(self._since):
+            all_confirmed = self.order is None or not fleet.unconfirmed(self.order)
+            if all_confirmed or now - self._since >= STALE:  # no pilot obeys an earlier order
+                sometimes("director: over" if all_confirmed else "director: over, though a pilot is silent")
+                self.stage = Stage.OVER
+        return None
+
+    def _take_off(self, fleet: Fleet) -> Mission | None:
+        """Return the order that takes all off; a drone that joins a flying formation gets its restart."""
+        now, running = fleet.now, fleet.flown()
+        if self.ordered == "hold" or any(fleet.phase(drone) == Phase.LANDING for drone in fleet.pilots):
+            return None  # an order would end their landing
+        if self._without and self.order is None and (order := self._left_out(running, now)) is not None:
+            return self._go(self.stage, order)
+        if not fleet.all_in(Phase.READY, Phase.HOLD, Phase.FORMATION):
+            return None
+        if problems(self._swarm, fleet):
+            sometimes("director: a pre-flight check fails")
+            return None
+        self._took_off = self.took_off = now
+        if running is not None:
+            sometimes("director: takes off into a flying formation")
+            return self._go(Stage.TAKING_OFF, running._replace(stamp=now, verb="start", without=self._without))
+        sometimes("director: takes off")
+        return self._go(Stage.TAKING_OFF, self._mission(now, "takeoff"))
+
+    def _left_out(self, running: Mission | None, now: int) -> Mission | None:
+        """Return the order by which pilots know the drones that are left out, None if those `running` know them."""
+        if running is None:
+            sometimes("director: leaves drones out")
+            return self._mission(now, "prepare")
+        if set(self._without) <= set(running.without):
+            return None
+        sometimes("director: leaves drones out of a flying formation")
+        return running._replace(stamp=now, verb="formation", without=self._without)
+
+    def _start(self, now: int) -> Mission:
+        """Return the order to start the formation, so that all start together."""
+        order = self._mission(now, "start", now + LEAD_TIME, self._formation)
+        return with_first_places(order, self._swarm, self._fleet)
+
+    def _mission(self, now: int, verb: str, start: int = 0, formation: str = "") -> Mission:
+        return Mission(now, self._swarm.frame, verb, start, formation, without=self._without)
+
+    def _adopt(self, news: Mission | None, fleet: Fleet) -> None:
+        """Adopt another's order as this flight's. Before its own first order, only a hold and a landing."""
+        own = self.order
+        if news is None or (own is None and self.stage is not Stage.PREPARING):
+            return
+        if rank(news) == 0 and (own is None or self.stage is Stage.LANDING):
+            sometimes("director: does not follow an upward order")
+            return
+        if own is not None and 0 < rank(news) < rank(own):  # a hold does not cancel a landing
+            sometimes("director: does not follow a hold as it lands")
+            return
+        if own is not None and own.version not in news.knows and rank(own) >= rank(news):
+            sometimes("director: another order does not outrank its own")
+            return  # it is repeated until all obey it; Standing.settle decides between two concurrent upward orders
+        self._standing.follow(news, fleet.now)
+        sometimes(f"director: follows {('an upward order', 'a hold', 'a landing')[rank(news)]}, {self.stage}")
+        grounded = self.stage is Stage.PREPARING and not fleet.flies  # a hold there: no drone may take off
+        if self.stage is not Stage.OVER and (news.verb == "land" or (news.verb == "hold" and grounded)):
+            self.stage, self._since = Stage.LANDING, fleet.now
+        elif news.verb == "hold" and self.stage is Stage.PREPARING:
+            self.stage = Stage.TAKING_OFF
+            self._since = self._took_off = self.took_off = fleet.now
+
+    def _again(self, order: Mission, fleet: Fleet) -> Mission:
+        """Return `order` to repeat; another's order that some pilots do not obey for long is given again as its own."""
+        if self._standing.is_own or rank(order) or fleet.now - self._standing.since < GRACE:
+            return order
+        sometimes("director: gives another's order again as its own")
+        return self._go(self.stage, order._replace(stamp=fleet.now))
+
+    def _go(self, stage: Stage, order: Mission) -> Mission:
+        """Give `order`, which starts or continues `stage`."""
+        order = self._standing.give(order)
+        self.stage, self._since, self._sent = stage, order.stamp, 0
+        return order
+
+    def _patience(self) -> int:
+        """Return the time limit of the stage, ns: with the longest climb or descent, unless it is on the ground."""
+        return STAGE_TIME + (0 if self.stage is Stage.PREPARING else nanoseconds(self._swarm.climb_time))
+
+    def _out_of_patience(self, fleet: Fleet) -> Mission | None:
+        was = self.stage
+        sometimes(f"director: out of patience, {was}")
+        if was is Stage.LANDING:
+            why: tuple[str, ...] = (f"not known to be down: {', '.join(fleet.not_down(self._since))}",)
+        else:
+            why = self.unready(fleet) if was is Stage.PREPARING else fleet.others_than(Phase.HOLD)
+        order = self.abort(f"still {was} after {self._patience() // SECOND} s ({'; '.join(why)})", fleet.now)
+        if was is Stage.LANDING:
+            self.stage = Stage.OVER
+        return order

@@ -1,0 +1,278 @@
+"""Makes the frozen parameters of cores from the swarm; the only place that does.
+
+A core of an agent or of a leader knows its parameters, not the swarm. Lengths are m, times s, the world frame is ENU.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import dist, inf
+from typing import NamedTuple
+
+from flockwire_core.control.around.bent_place import DetourParameters
+from flockwire_core.control.around.sidestep import SidestepParameters
+from flockwire_core.control.fence import Room
+from flockwire_core.control.formation import Formation
+from flockwire_core.control.graph import LEADER
+from flockwire_core.control.guard import GuardParameters
+from flockwire_core.control.leader_track import leader_time_constant
+from flockwire_core.control.observer import ObserverParameters
+from flockwire_core.control.potential import PotentialParameters
+from flockwire_core.control.protocol import ProtocolParameters
+from flockwire_core.control.trajectory import Trajectory
+from flockwire_core.domain.body import Separation
+from flockwire_core.domain.vector import Vector
+from flockwire_core.law import LawSettings
+from flockwire_core.swarm.laws import law_object
+from flockwire_core.swarm.model import Swarm
+from flockwire_core.swarm.tables import Checks, Limits, Obstacle
+from flockwire_core.wire.processes import Roster
+
+REACTION_PERIODS = 3.0  # control periods, from a leader's command to the pose that shows it
+
+
+class PilotParameters(NamedTuple):
+    """The parameters of the pilot of drone `number`."""
+
+    number: int
+    frame: str  # the name of the world frame
+    period: float  # s, between two steps
+    driver: str  # the processes that drive its airframe, for messages
+    lag: float  # s, of its airframe
+    dead_time: float  # s, likewise
+    speed: float  # m/s, at most
+    limits: Limits
+    checks: Checks
+    room: Room
+    ground: float  # m, world z of the ground
+    separation: Separation  # m, safety distances at landing
+    disturbance: float  # m/s, most that is compensated
+    guard: GuardParameters | None  # None without a safety filter
+    sensing: bool  # whether it receives nearby bodies; else it knows its neighbours and `obstacles`
+    obstacles: tuple[Obstacle, ...]
+    potentials: PotentialParameters  # of the push while it holds without a safety filter
+    formation_gain: float  # 1/s, of that push
+
+
+class AuctionParameters(NamedTuple):
+    """The parameters of a follower's part in the auction for places."""
+
+    followers: tuple[int, ...]  # the bidders, by rank
+    formations: frozenset[str]  # those whose places are shared out so, by the name in an order
+    shapes: Mapping[str, Formation]  # all formations, likewise
+    most_cost: float  # m^2, largest cost of a place: the fence's diagonal, squared
+
+
+class AgentParameters(NamedTuple):
+    """The parameters of a follower's agent."""
+
+    pilot: PilotParameters
+    law: str  # its class, for `load_object`
+    settings: LawSettings
+    rank: int  # of its place in a formation
+    formations: Mapping[str, Formation]  # by the name in an order
+    neighbours: dict[int, float]  # its in-neighbours: w_ij by id j
+    leader_kind: str
+    disagreement: float  # m, between the neighbours' estimates; inf without a safety filter
+    closer: frozenset[int]  # the in-neighbours that are fewer hops from the leader; likewise none
+    auction: AuctionParameters | None = None  # None if no formation has one
+
+
+class CourseParameters(NamedTuple):
+    """The parameters of a leader's trajectory."""
+
+    trajectory: Trajectory
+    gain: float  # 1/s, of the position loop
+    filtered: bool  # whether it has a safety filter
+    ahead: float  # s, lag and dead time of the airframe
+    delay: float  # s, from a command to the pose that shows its effect
+    braking: float  # m/s^2
+    separation: Separation
+    sidestep: SidestepParameters
+    detour: DetourParameters
+
+
+class TeleoperationParameters(NamedTuple):
+    """The parameters of a teleoperated leader."""
+
+    speed: float  # m/s, at most
+    acceleration: float  # m/s^2, at most
+    vertical_speed: float  # m/s, at most, while it holds its position
+    stale: float  # s, maximum age of a steering command
+
+
+class LeaderParameters(NamedTuple):
+    """The parameters of a leader with an airframe."""
+
+    pilot: PilotParameters
+    course: CourseParameters
+    teleoperation: TeleoperationParameters | None  # None: not steered, it flies its course
+
+
+class TrackedParameters(NamedTuple):
+    """The parameters of a leader carried by a person."""
+
+    period: float  # s, between two steps
+    body: str | int  # its name at the tracker
+    stale: float  # s, maximum age of its pose
+
+
+class VirtualParameters(NamedTuple):
+    """The parameters of a virtual leader."""
+
+    frame: str  # the name of the world frame
+    period: float  # s, between two steps
+    trajectory: Trajectory
+    start: Vector  # m, world frame
+
+
+def pilot_parameters(swarm: Swarm, number: int) -> PilotParameters:
+    """Return the parameters of the pilot of drone `number` of `swarm`."""
+    airframe, avoidance = swarm.airframe(number), swarm.avoidance
+    return PilotParameters(
+        number=number,
+        frame=swarm.frame,
+        period=1.0 / swarm.control.rate_hz,
+        driver=", ".join(Roster(swarm).drivers(number)),
+        lag=airframe.lag,
+        dead_time=airframe.dead_time,
+        speed=swarm.full_speed(number),
+        limits=swarm.limits,
+        checks=swarm.checks,
+        room=swarm.limits.fence.room(),
+        ground=swarm.ground,
+        separation=avoidance.kept,
+        disturbance=swarm.control.disturbance,
+        guard=guard_parameters(swarm, number) if swarm.control.filtered else None,
+        sensing=avoidance.sensing == "nearby",
+        obstacles=swarm.obstacles,
+        potentials=potential_parameters(swarm),
+        formation_gain=swarm.control.formation_gain,
+    )
+
+
+def agent_parameters(swarm: Swarm, number: int) -> AgentParameters:
+    """Return the parameters of the agent of follower `number` of `swarm`."""
+    neighbours, depths = swarm.topology.neighbours(number), swarm.topology.depths()
+    formations = {name: swarm.build_formation(name) for name in swarm.formation_names}
+    return AgentParameters(
+        pilot=pilot_parameters(swarm, number),
+        law=law_object(swarm),
+        settings=law_settings(swarm, number),
+        rank=swarm.followers.index(number),
+        formations=formations,
+        neighbours=neighbours,
+        leader_kind=swarm.leader.kind,
+        disagreement=swarm.limits.disagreement if swarm.control.filtered else inf,
+        closer=frozenset(j for j in neighbours if swarm.control.filtered and depths[j] < depths[number]),
+        auction=auction_parameters(swarm, formations) if swarm.auctioned else None,
+    )
+
+
+def auction_parameters(swarm: Swarm, formations: Mapping[str, Formation]) -> AuctionParameters:
+    """Return the parameters of the auctions of `swarm`, which has these formations."""
+    fence = swarm.limits.fence
+    return AuctionParameters(swarm.followers, swarm.auctioned, formations, dist(fence.low, fence.high) ** 2)
+
+
+def leader_parameters(swarm: Swarm) -> LeaderParameters:
+    """Return the parameters of the leader of `swarm`, if it has an airframe."""
+    steered = swarm.leader.steered
+    return LeaderParameters(
+        pilot=pilot_parameters(swarm, LEADER),
+        course=course_parameters(swarm),
+        teleoperation=teleoperation_parameters(swarm) if steered else None,
+    )
+
+
+def course_parameters(swarm: Swarm) -> CourseParameters:
+    """Return the parameters of the trajectory of the leader of `swarm`."""
+    airframe = swarm.airframe(LEADER)
+    return CourseParameters(
+        trajectory=swarm.leader.trajectory.build(),
+        gain=swarm.leader.tracking_gain,
+        filtered=swarm.control.filtered,
+        ahead=airframe.lag + airframe.dead_time,
+        delay=airframe.lag + airframe.dead_time + REACTION_PERIODS / swarm.control.rate_hz,
+        braking=swarm.limits.acceleration,
+        separation=swarm.avoidance.kept,
+        sidestep=sidestep_parameters(swarm),
+        detour=detour_parameters(swarm, LEADER),
+    )
+
+
+def teleoperation_parameters(swarm: Swarm) -> TeleoperationParameters:
+    """Return the parameters of the teleoperated leader of `swarm`."""
+    leader, limits = swarm.leader, swarm.limits
+    return TeleoperationParameters(
+        leader.speed, leader.acceleration, limits.vertical_speed, limits.staleness.steering_stop
+    )
+
+
+def tracked_parameters(swarm: Swarm) -> TrackedParameters:
+    """Return the parameters of the leader of `swarm`, if a person carries it."""
+    return TrackedParameters(1.0 / swarm.control.rate_hz, swarm.body(LEADER), swarm.limits.staleness.pose_zero)
+
+
+def virtual_parameters(swarm: Swarm) -> VirtualParameters:
+    """Return the parameters of the virtual leader of `swarm`."""
+    leader = swarm.leader
+    return VirtualParameters(swarm.frame, 1.0 / swarm.control.rate_hz, leader.trajectory.build(), leader.start)
+
+
+def guard_parameters(swarm: Swarm, number: int) -> GuardParameters:
+    """Return the parameters of the safety filter of drone `number` of `swarm`, even if it has none."""
+    airframe, avoidance, limits = swarm.airframe(number), swarm.avoidance, swarm.limits
+    return GuardParameters(
+        separation=avoidance.kept,
+        room=limits.fence.room(),
+        floor=limits.floor,
+        speed=swarm.full_speed(number),
+        vertical_speed=limits.vertical_speed,
+        acceleration=limits.acceleration,
+        barrier_rate=avoidance.barrier_rate,
+        slowness=airframe.lag + airframe.dead_time,
+        period=1.0 / swarm.control.rate_hz,
+        sight=avoidance.sensing_radius if avoidance.sensing == "nearby" else inf,
+    )
+
+
+def law_settings(swarm: Swarm, number: int) -> LawSettings:
+    """Return the settings of the law of follower `number` of `swarm`."""
+    airframe, control, observer = swarm.airframe(number), swarm.control, swarm.observer
+    return LawSettings(
+        number=number,
+        period=1.0 / control.rate_hz,
+        lag=airframe.lag,
+        dead_time=airframe.dead_time,
+        speed=swarm.full_speed(number),
+        acceleration=swarm.limits.acceleration,
+        parameters=control.parameters,
+        protocol=ProtocolParameters(control.formation_gain, control.compensation_gain, control.compensation_smoothing),
+        observer=ObserverParameters(observer.gain, observer.exponent),
+        explicit_observer=observer.step == "explicit",
+        velocity_time_constant=observer.velocity_time_constant,
+        leader_time_constant=observer.leader_time_constant or leader_time_constant(swarm.depth),
+        potentials=potential_parameters(swarm),
+        sidestep=sidestep_parameters(swarm),
+        detour=detour_parameters(swarm, number),
+    )
+
+
+def potential_parameters(swarm: Swarm) -> PotentialParameters:
+    """Return the gains and the radii of the potentials in (9)."""
+    table = swarm.avoidance
+    return PotentialParameters(
+        table.drone_gain, table.drone_influence_radius, table.obstacle_gain, table.obstacle_influence_radius
+    )
+
+
+def sidestep_parameters(swarm: Swarm) -> SidestepParameters:
+    """Return the parameters of the sidestep."""
+    return SidestepParameters(swarm.avoidance.safe, swarm.avoidance.sidestep_reach)
+
+
+def detour_parameters(swarm: Swarm, number: int) -> DetourParameters:
+    """Return the parameters of the detours of drone `number`, a follower or the leader."""
+    guard = guard_parameters(swarm, number)
+    return DetourParameters(guard.separation, guard.room, guard.speed, guard.acceleration, 1.0 / guard.rate)

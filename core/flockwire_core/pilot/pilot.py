@@ -1,0 +1,345 @@
+"""Flies one drone: phases, staleness ladder, position hold, safety filter, report.
+
+A follower's agent and the flying leader use it; only the desired velocity in formation is their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, Final
+
+from flockwire_core.control.airframe.disturbance import DisturbedAirframe
+from flockwire_core.control.around.free_place import is_above, is_beneath
+from flockwire_core.control.guard import Guard
+from flockwire_core.domain.airframe import Command, FlightState, Telemetry
+from flockwire_core.domain.body import Body
+from flockwire_core.domain.marks import Holding
+from flockwire_core.domain.motion import Motion
+from flockwire_core.domain.order import Stop
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.domain.vector import ZERO, Vector, distance, limit
+from flockwire_core.parameters import PilotParameters
+from flockwire_core.pilot.ladder import (
+    NO_REASON,
+    Bounds,
+    Inputs,
+    all_well,
+    hold_reason,
+    land_reason,
+    mild_rungs,
+    shown,
+    speed_limit,
+    unready_reason,
+)
+from flockwire_core.pilot.neighbourhood import AHEAD
+from flockwire_core.pilot.off_place import OffPlace, no_place
+from flockwire_core.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, age, command_stamp
+from flockwire_core.pilot.place import Place
+from flockwire_core.pilot.surroundings import Surroundings
+from flockwire_core.pilot.tracked_body import PERIOD, TrackedBody, foreign
+from flockwire_core.pilot.trim import forget_disturbance, hovering, make_airframe, measured, sinking, trim
+from flockwire_core.swarm.model import uav
+from flockwire_core.wire.codec import Message
+from flockwire_core.wire.keys import STOP, Key
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.status import CORNERED, Reason, Report, counted
+
+AIRBORNE: Final = frozenset({FlightState.FLYING, FlightState.LANDING})
+LEFT_OUT: Final = "left out of this flight"
+HELD_UP: Final = Reason(
+    "rung: held up, refuses", "off the ground with stopped motors: put it down on a floor that its sensor detects"
+)
+WOKE: Final = Reason("rung: woke, refuses", "was frozen, reads what waits for it")
+OVERSLEPT: Final = Reason("rung: woke, land", "was frozen as it took off: its driver lands it")
+SET_DOWN: Final = Reason("rung: set down, land", "its driver lands it")
+NO_WAY: Final = Reason(CORNERED, "no velocity within its limits avoids a person", "keep persons away from it")
+DRIVER_LOST = 10.0  # s of silence after which a driver counts as dead
+LONGEST_STEP: Final = 0.1  # s: longer pauses count as this
+OVERDUE: Final = 0.3  # s, age of telemetry that comes ten times a second
+PAUSE: Final = SECOND // 4  # ns between two steps after which it was frozen, and what came meanwhile waits
+READING: Final = SECOND // 5  # ns to read that, in any order: a landing may be behind the take-off that it cancels
+STANDS: Final = 0.1  # m above the ground: a drone that lands and is lower may stand there
+STOOD: Final = 1.0  # s so low, by its poses, after which it lands straight down: they may be another body's
+
+
+class Pilot:
+    """Flies one drone, started at `now` (Unix ns). Each step is one `observe`, then one `command`.
+
+    Between the two, `motion` (None while the pose is stale), `bodies` (nearby, relative to it), `stamp` (Unix ns, of
+    the command), `dt` (s since the last step) and the phase of `flight` are valid. With `parameters.guard` the safety
+    filter limits every command in flight; without it (law "paper") commands are not filtered.
+    """
+
+    def __init__(self, parameters: PilotParameters, now: int) -> None:
+        number = parameters.number
+        self.pose_key = Key("pose", uav(number))
+        self.born = self.waits_since = now  # the second: ages of what never arrived count from it
+        self._parameters, self._limits = parameters, parameters.limits
+        self._bounds = Bounds(parameters.limits, parameters.speed)
+        self._sensing, self._ground = parameters.sensing, parameters.ground
+        self._command_zero = parameters.limits.staleness.command_zero
+        self.flight = FlightPhases(now)
+        self.motion: Motion | None = None
+        self.bodies: Sequence[Body] = ()
+        self.stamp, self.dt = now, 0.0
+        self._frame, self._room = parameters.frame, parameters.room
+        self._command_key = Key("command", uav(number))
+        self._guard = Guard(parameters.guard) if parameters.guard is not None else None
+        self._off_place = OffPlace(parameters.room, parameters.checks)
+        self._wanted = ZERO  # m/s, by the law, at the last command
+        self._airframe = make_airframe(parameters)
+        self._body = TrackedBody(parameters, self._airframe, now)
+        self._surroundings = Surroundings(parameters.sensing, parameters.obstacles)
+        self._pose: Pose | None = None
+        self._telemetry: Telemetry | None = None
+        self._place = Place(parameters)  # the place of hold or take-off
+        self._inputs = Inputs(NEVER, NEVER, NEVER, NEVER, 1.0, 0.0)
+        self._stepped = now
+        self._pause = self._woke = 0  # ns since the last step; when the last pause ended, Unix ns
+        self._waited = self._stood = 0.0  # s that this landing has waited for poses, and had poses on the ground
+        self._down_since = 0  # time of the leader's loss, Unix ns
+        self._rungs = Holding()
+        self.take: dict[Key, Callable[[Any], None]] = {  # handlers of messages, by key
+            self.pose_key: self._take_pose,
+            Key("nearby", uav(number)): self._surroundings.take_nearby,
+            Key("telemetry", uav(number)): self._take_telemetry,
+            STOP: self._take_stop,
+        }
+
+    def observe(
+        self,
+        now: int,
+        silence: float,
+        missing: tuple[int, ...],
+        fault: str,
+        neighbours: Callable[[], list[Vector]],
+        leader_down: bool = False,
+    ) -> Phase:
+        """Update the phase and the nearby bodies at `now` (Unix ns); returns the phase.
+
+        The newest leader estimate is `silence` s old, the neighbours `missing` have none; `fault` forbids the formation
+        (empty: none); `neighbours` returns the positions known without a sensor (m, world frame); `leader_down`: the
+        leader does not lead.
+        """
+        self._pause = pause = now - self._stepped
+        self.dt = max(0.0, min(pause / SECOND, LONGEST_STEP))
+        if pause < 0:
+            self._set_back(now)
+        elif pause > PAUSE:
+            self._woke = now
+        self._stepped = now
+        pose, inputs = self._pose, self._read(now, silence, self._leaderless(now, leader_down))
+        self._inputs = inputs
+        self.stamp, fresh = command_stamp(pose, now, self._bounds.pose)
+        phase = self._decide(now, inputs, missing, fault)
+        self.motion, self.bodies = None, ()
+        if pose is not None:
+            self.bodies = self._surroundings.bodies(pose, neighbours)
+            if fresh:
+                seen = (pose.stamp - self.born) / SECOND  # small enough for a float with nanoseconds
+                since, zero, ground = (now - self.born) / SECOND, self._command_zero, self._ground
+                motion = measured(self._airframe, pose.position, seen, since, phase, self._telemetry, zero, ground)
+                self.motion, self._body.stops = motion, distance(motion.position, motion.stopping)
+                if self._guard is not None and phase in IN_FLIGHT:
+                    self.bodies = self._guard.tracked(motion, self.bodies, self._surroundings.stamp or self.stamp)
+        if not 0 < self._body.due - now <= PERIOD:  # a clock may be set back
+            self._body.look(self.motion, self._telemetry, phase, now)
+            if self._body.drifted:
+                forget_disturbance(self._airframe)  # it is what the false body seemed to drift
+        return phase
+
+    def command(self, wanted: Vector, now: int) -> list[tuple[Key, Message]]:
+        """Return the command to publish at `now` (Unix ns); `wanted` (m/s) is used only in the formation phase.
+
+        None after an emergency stop, and while it is not known whether the drone flies: without commands it then lands
+        instead of hovering without end.
+        """
+        if self.flight.phase is Phase.STOPPED or self._telemetry is None or self._may_have_taken_off:
+            return []
+        motion = self.motion
+        self._wanted = wanted
+        trim(self._airframe, self.flight.phase, self._limits.vertical_speed, motion is None)
+        velocity = self._velocity(wanted, motion, now) if motion is not None else self._blind_velocity(now)
+        velocity = self._airframe.command(velocity, (now - self.born) / SECOND) or velocity
+        return [(self._command_key, Command(self.stamp, self._frame, velocity, 0.0))]
+
+    @property
+    def _may_have_taken_off(self) -> bool:
+        """Whether the pilot takes its drone for grounded by telemetry that is too old to know."""
+        lost = self._inputs.telemetry > self._bounds.unknown
+        return lost and self.flight.phase not in IN_FLIGHT
+
+    def report(
+        self, now: int, formation_error: float = -1.0, estimate_age: float = -1.0, place: Vector | None = None
+    ) -> Report:
+        """Return the drone's status; `formation_error` in m, `estimate_age` in s, -1 if there is none.
+
+        `place` is that in the formation, m, None if unknown.
+        """
+        pose, telemetry, detail = self._pose, self._telemetry, self.flight.reason
+        reasons: tuple[Reason, ...] = (foreign(self._body.why),) if self._body.why else ()
+        if self.flight.phase is not Phase.FORMATION or self.motion is None:
+            self._off_place.forget()
+        elif not detail:
+            position, given = self.motion.position, self._airframe.last_command
+            taken = None
+            if place is not None:
+                taken = no_place(place, position, self.bodies, self._parameters.separation, self._room)
+            reasons = self._off_place.reasons(formation_error, position, self._wanted, given, now, taken)
+        counts = (*self.flight.orders.counts, *counted(("poses refused", self._body.refused)))
+        guard = self._guard
+        if guard is not None and guard.cornered:
+            counts = (*counts, (CORNERED, guard.cornered))
+            if guard.is_cornered and self.flight.phase in IN_FLIGHT:
+                reasons = (*reasons, NO_WAY)
+        return Report(
+            self.flight.phase, detail, formation_error,
+            (now - pose.stamp) / SECOND if pose is not None else -1.0,
+            estimate_age,
+            shown(age(self._surroundings.stamp, now)),
+            (now - telemetry.stamp) / SECOND if telemetry is not None else -1.0,
+            telemetry.battery if telemetry is not None else -1.0,
+            self.flight.mission,
+            counts=counts,
+            position=pose.position if pose is not None else None,
+            concurrent=self.flight.orders.concurrent,
+            order_age=self.flight.orders.age(now),
+            reasons=reasons,
+        )  # fmt: skip
+
+    def _leaderless(self, now: int, leader_down: bool) -> float:
+        """Return the time, s, without a leader while a formation is ordered."""
+        mission = self.flight.mission
+        if not leader_down or mission is None or not mission.in_formation or self.flight.phase not in IN_FLIGHT:
+            self._down_since = 0
+            return 0.0
+        self._down_since = self._down_since or now
+        return max((now - self._down_since) / SECOND, 1e-9)
+
+    def _read(self, now: int, silence: float, leader_down: float) -> Inputs:
+        pose, telemetry = self._pose, self._telemetry
+        return Inputs(
+            (now - pose.stamp) / SECOND if pose is not None else NEVER,
+            silence,
+            age(self._surroundings.stamp, now) if self._sensing else 0.0,
+            (now - telemetry.stamp) / SECOND if telemetry is not None else NEVER,
+            telemetry.battery if telemetry is not None else 1.0,
+            self._room.outside(pose.position) if pose is not None else 0.0,
+            leader_down,
+        )
+
+    def retire(self, now: int) -> None:
+        """Hold, then land, because the process must end."""
+        self.flight.retire(now)
+
+    def may_end(self, now: int) -> bool:
+        """Return whether the drone is down, or its driver has been silent for long and obeys no more."""
+        if self._telemetry is None:
+            return True
+        silent = (now - self._telemetry.stamp) / SECOND > DRIVER_LOST
+        return silent or self._telemetry.state not in AIRBORNE
+
+    def _decide(self, now: int, inputs: Inputs, missing: tuple[int, ...], fault: str) -> Phase:
+        """Update the phase; a new phase has its own place."""
+        limits, flight, was = self._limits, self.flight, self.flight.phase
+        unready = hold = land = NO_REASON
+        mission = flight.mission
+        left_out = LEFT_OUT if mission is not None and self._parameters.number in mission.without else ""
+        if troubled := bool(missing) or not all_well(inputs, self._bounds):
+            unready = unready_reason(inputs, missing, limits, self._parameters.driver)
+            hold = hold_reason(inputs, limits.staleness)
+            land = land_reason(inputs._replace(pose=min(inputs.pose, age(self.waits_since, now))), limits)
+        state = self._telemetry.state if self._telemetry is not None else None
+        if state is FlightState.LANDING:
+            land, troubled = land if land.text else SET_DOWN, True
+        elif state is FlightState.HELD:
+            unready, troubled = HELD_UP, True
+        if 0 <= now - self._woke < READING:
+            unready, troubled = unready if unready.text else WOKE, True
+            if was is Phase.TAKEOFF and self._pause > nanoseconds(limits.staleness.command_land):
+                land = land if land.text else OVERSLEPT
+        airborne = state in AIRBORNE
+        high = self._pose is not None and self._place.is_high(self._pose.position)
+        unfit = left_out or fault or unready.text
+        phase = flight.update(Situation(now, unfit, fault or hold.text, land.text, airborne, high))
+        if troubled or self._rungs.marks:
+            self._mark(inputs, missing, unready, hold, land)
+        if phase is not was:
+            self._place.forget()
+            self._waited = self._stood = 0.0
+            if was is Phase.TAKEOFF:
+                self._body.took_off(now)
+        return phase
+
+    def _mark(self, inputs: Inputs, missing: tuple[int, ...], unready: Reason, hold: Reason, land: Reason) -> None:
+        """Record the rungs reached: on the ground those that refuse a take-off, in flight the others."""
+        found: tuple[str, ...] = (unready.code,)
+        if self.flight.phase in IN_FLIGHT:
+            found = (hold.code, land.code, *mild_rungs(inputs, missing, self._limits))
+        self._rungs.update(tuple([mark for mark in found if mark]))
+
+    def _velocity(self, wanted: Vector, motion: Motion, now: int) -> Vector:
+        """Return the velocity command for a fresh pose."""
+        position, limits, phase = motion.position, self._limits, self.flight.phase
+        if phase not in IN_FLIGHT:
+            return ZERO
+        if phase is Phase.LANDING and position[2] <= self._parameters.ground + STANDS:
+            self._stood += self.dt
+            if self._inputs.telemetry > OVERDUE or self._stood > STOOD:
+                forget_disturbance(self._airframe)
+                return (0.0, 0.0, -limits.vertical_speed)  # any other may push it along the ground, or take it off
+        if phase is not Phase.FORMATION:
+            wanted = self._place.velocity(phase, position, self.bodies)
+        speed, grounding = speed_limit(self._inputs, self._bounds), phase in (Phase.LANDING, Phase.TAKEOFF)
+        if isinstance(self._airframe, DisturbedAirframe):
+            speed = self._airframe.speed(speed)
+        if self._guard is not None:
+            last, seen = self._airframe.last_command, self._surroundings.stamp or self.stamp
+            return self._guard.velocity(wanted, motion, self.bodies, seen, now, last, self.dt, speed, grounding)
+        return wanted if grounding else limit(self._room.inwards(wanted, position), speed)
+
+    def _blind_velocity(self, now: int) -> Vector:
+        """Return the velocity command without a fresh pose: straight down in a landing, or beneath a body, else zero.
+
+        A drone above may descend at any time, as its driver does without commands. Above another body a drone waits
+        first, until a driver below that has no commands lands its drone too, but between two no longer than that.
+        A landing waits once in all, however often its pose is lost.
+        """
+        phase, stale, separation = self.flight.phase, self._limits.staleness, self._parameters.separation
+        beneath, seen_at = is_beneath(self.bodies, separation), self._pose.stamp if self._pose is not None else 0
+        if phase not in IN_FLIGHT or (phase is not Phase.LANDING and not beneath):
+            return ZERO
+        patience = stale.command_land if beneath else max(stale.pose_land, stale.command_land)
+        waits = 0 <= now - seen_at <= nanoseconds(patience) and self._waited <= patience
+        if not (waits and is_above(self.bodies, separation)):
+            self._body.sunk += self._limits.vertical_speed * self.dt
+            return sinking(self._airframe, self._limits.vertical_speed)
+        if phase is not Phase.LANDING:
+            return ZERO
+        self._waited += self.dt
+        return hovering(self._airframe)
+
+    def _set_back(self, now: int) -> None:
+        """Count the ages of what came before from `now` (Unix ns) on: the own clock was set back."""
+        self.waits_since, self._down_since = min(self.waits_since, now), min(self._down_since, now)
+        self.flight.set_back(now)
+        self._body.set_back(now)
+        if self._pose is not None and self._pose.stamp > now + AHEAD:
+            self._pose = self._pose._replace(stamp=now)
+        if self._telemetry is not None and self._telemetry.stamp > now + AHEAD:
+            self._telemetry = self._telemetry._replace(stamp=now)
+        if self._surroundings.stamp > now + AHEAD:
+            self._surroundings.set_back(now)
+
+    def _take_pose(self, pose: Pose) -> None:
+        if self._body.take(pose, self.flight.phase):
+            self._pose = pose
+        else:
+            self._surroundings.drop(pose.stamp)
+
+    def _take_telemetry(self, telemetry: Telemetry) -> None:
+        self._telemetry = telemetry
+
+    def _take_stop(self, _: Stop) -> None:
+        self.flight.stop()

@@ -1,0 +1,157 @@
+"""Examines the body that the tracker reports for a flying drone: it must be where, and move as, the drone can.
+
+The tracker alone measures positions, but an airframe bounds them. A pose that the drone cannot have is not used. The
+body is the drone's no more, until the drone stands on the ground, if it has no other poses for `OUTLIER`, if its poses
+repeat bit for bit though the drone moved or is commanded to, or if it moves apart from the commands
+(control/airframe/motion_residual.py).
+"""
+
+from __future__ import annotations
+
+from math import acos, cos, degrees
+from typing import Final
+
+from flockwire_core.control.airframe.disturbance import DisturbedAirframe
+from flockwire_core.control.airframe.motion_residual import GAIN_ERROR, MotionResidual
+from flockwire_core.control.airframe.state import AirframeState
+from flockwire_core.domain.airframe import FlightState, Telemetry
+from flockwire_core.domain.motion import Motion
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.quaternion import Quaternion
+from flockwire_core.domain.time import SECOND
+from flockwire_core.domain.vector import distance, norm
+from flockwire_core.parameters import PilotParameters
+from flockwire_core.pilot.phases import IN_FLIGHT
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.status import APART, Reason
+
+PERIOD: Final = SECOND // 10  # ns between two looks
+LONGEST_GAP: Final = SECOND // 2  # ns between two looks after which the residual starts again
+FREE: Final = frozenset({Phase.HOLD, Phase.FORMATION})  # on the ground, and near it, a drone does not move as commanded
+OBEYS_AFTER: Final = 2 * SECOND  # ns after a take-off: one that takes off by itself obeys after its reply
+OUTLIER: Final = 3 * SECOND // 20  # ns: a tracker that is wrong for longer is wrong
+LASTING: Final = 3  # looks in a row at a body that moves apart
+NOISE: Final = 0.2  # m, of a single pose, and what the stopping point does not know
+TURN, TURN_RATE = 0.5, 6.3  # rad, of a single pose, and rad/s
+AGE: Final = 0.3  # s, of telemetry whose height is compared
+REPEATS: Final = "stands still, bit for bit, though it moved or is commanded to"
+EXAMINE: Final = "examine tracker and airframe before the next start"
+
+
+def obeys(telemetry: Telemetry | None, zero: float) -> bool:
+    """Return whether a drone flies by its commands: its driver got one less than `zero` s ago."""
+    return telemetry is not None and telemetry.state is FlightState.FLYING and telemetry.command_age <= zero
+
+
+def foreign(why: str) -> Reason:
+    """Return the reason of a drone whose tracked body is not its own."""
+    return Reason(APART, f"the tracker's pose is not its own: it {why}", EXAMINE)
+
+
+def turned(before: Quaternion, after: Quaternion) -> float:
+    """Return |q* ⊗ q'| as the cosine of half the angle between two orientations."""
+    return abs(before[0] * after[0] + before[1] * after[1] + before[2] * after[2] + before[3] * after[3])
+
+
+class TrackedBody:
+    """The body of the drone of `parameters`; `airframe` records its commands, in s from `born` (Unix ns) on.
+
+    Attributes:
+        why: why it is not the drone's; empty while it can be.
+        refused: the number of poses that were not used.
+        drifted: whether it moved apart from the commands, so that what was learned of the wind is wrong.
+        due: when to look again, Unix ns.
+        stops: m, from the last position to the stopping point.
+        sunk: m, how far the drone was commanded to descend since the last pose.
+        last: the last pose that the drone can have.
+
+    """
+
+    def __init__(self, parameters: PilotParameters, airframe: AirframeState | DisturbedAirframe, born: int) -> None:
+        limits = parameters.limits
+        self.why, self.refused, self.drifted = "", 0, False
+        self.due, self.sunk, self.stops = 0, 0.0, 0.0
+        self.last: Pose | None = None
+        self._wind, self._slowness = (
+            max(limits.body_drift, parameters.disturbance),
+            parameters.lag + parameters.dead_time,
+        )
+        self._residual = MotionResidual(self._wind, self._slowness)
+        self._airframe, self._born = airframe, born
+        self._zero = limits.staleness.command_zero
+        self._coasting = max(self._zero, limits.staleness.pose_zero)  # s without poses until the drone is stopped
+        self._refused_at = 0  # stamp of the first pose in a row that was not used, Unix ns
+        self._apart = 0  # looks in a row
+        self._looked = self._climbed = 0  # when it was looked at, and when its take-off ended, Unix ns
+
+    def took_off(self, now: int) -> None:
+        """Record that the drone's take-off ended at `now` (Unix ns)."""
+        self._climbed = now
+
+    def set_back(self, now: int) -> None:
+        """Count from `now` (Unix ns) on: the own clock was set back."""
+        self._climbed = min(self._climbed, now)
+        if self.last is not None and self.last.stamp > now:
+            self.last = self.last._replace(stamp=now)
+
+    def take(self, pose: Pose, phase: Phase) -> bool:
+        """Return whether `pose` can be the drone's, in a flight `phase`; on the ground a person may carry it."""
+        last = self.last
+        if last is not None and phase in IN_FLIGHT:
+            why = self.why or self._contradiction(last, pose)
+            if why:
+                self._refused_at = self._refused_at or pose.stamp
+                self.refused += 1
+                if pose.stamp - self._refused_at >= OUTLIER:
+                    self.why = why
+                return False
+        self._refused_at = 0
+        self.last, self.sunk = pose, 0.0
+        return True
+
+    def _contradiction(self, last: Pose, pose: Pose) -> str:
+        """Return why the drone cannot have gone from its `last` pose to `pose`; empty if it can.
+
+            |x − x_0| <= |y_0 − x_0| + 1.3 |u| min(t, t_c) + d t + 0.2 m,   angle <= 0.5 rad + 6.3 rad/s t
+
+        x_0 and y_0 are its last position and stopping point, u the last command, t the time since and t_c that until
+        the pilot without poses, or the driver of a frozen one, stops it. After a descent without poses, x_0 is any
+        point of it.
+        """
+        elapsed = max(0, pose.stamp - last.stamp) / SECOND
+        coasts = norm(self._airframe.last_command) * min(elapsed, self._coasting)
+        x, y, z = last.position
+        jump = distance((x, y, min(z, max(pose.position[2], z - self.sunk))), pose.position)
+        if jump > self.stops + (1.0 + GAIN_ERROR) * coasts + self._wind * elapsed + NOISE:
+            return f"jumped by {jump:.2f} m"
+        cosine, angle = turned(last.orientation, pose.orientation), TURN + TURN_RATE * elapsed
+        if angle < 3.0 and cosine < cos(0.5 * angle):
+            return f"turned by {degrees(2.0 * acos(cosine)):.0f} degrees"
+        return ""
+
+    def look(self, motion: Motion | None, telemetry: Telemetry | None, phase: Phase, now: int) -> None:
+        """Compare with the commands at `now` (Unix ns); `motion` is None without a fresh pose."""
+        gap, self._looked, self.due = now - self._looked, now, now + PERIOD
+        if phase not in IN_FLIGHT:
+            self.why, self.drifted = "", False
+        examined = phase in IN_FLIGHT and not self.why and 0 < gap <= LONGEST_GAP
+        if not examined or motion is None or telemetry is None or now - telemetry.stamp > AGE * SECOND:
+            self._residual.reset()
+            self._residual.forget_heights()
+            self._apart = 0
+            return
+        since, residual, why = (now - self._born) / SECOND, self._residual, ""
+        behind = abs(self.last.stamp - telemetry.stamp) / SECOND if self.last is not None else 0.0
+        if rose := residual.rise(motion, telemetry.height, behind, since):
+            why = f"moves by {rose:.1f} m in height, which the airframe does not"
+        if phase not in FREE or not obeys(telemetry, self._zero) or now - self._climbed <= OBEYS_AFTER:
+            residual.reset()
+        else:
+            residual.update(motion, self._airframe.travelled(since), since)
+            if residual.repeats():
+                self.why = REPEATS
+            if speed := residual.apart():
+                why = f"moves {speed:.1f} m/s apart from its commands"
+        self._apart = self._apart + 1 if why else 0
+        if self._apart >= LASTING:
+            self.why, self.drifted = why, True

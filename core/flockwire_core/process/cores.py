@@ -1,0 +1,151 @@
+"""The interface of a core, its start, and its construction by the process table."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, NamedTuple, Protocol, cast, runtime_checkable
+
+from flockwire_core.objects import load_object
+from flockwire_core.process.stopwatch import Stopwatch
+from flockwire_core.wire.codec import Message
+from flockwire_core.wire.keys import Key
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.status import Report
+
+if TYPE_CHECKING:
+    from flockwire_core.process.faults import Fault
+
+
+class Randomness(Protocol):
+    """A source of random numbers: a seeded random.Random."""
+
+    def gauss(self, mu: float, sigma: float) -> float:
+        """Return a normally distributed number."""
+
+    def random(self) -> float:
+        """Return a number evenly distributed over [0, 1)."""
+
+
+class Start(NamedTuple):
+    """The input of a core at its start."""
+
+    plan: Plan
+    identity: str
+    now: int  # Unix ns
+    chance: Randomness
+    faults: tuple[Fault, ...] = ()  # of its own kinds (processes.py)
+    took_off: int | None = None  # time 0 of the flight's faults, Unix ns, if known
+    stopwatch: Stopwatch | None = None  # for a user's law
+
+    @property
+    def drone(self) -> int:
+        """The drone of the process; raises ValueError if it has none."""
+        drone = self.plan.members[self.identity].drone
+        if drone is None:
+            raise ValueError(f"{self.identity} serves no drone")
+        return drone
+
+
+class Core(Protocol):
+    """The behaviour of a process, without clock, input and output."""
+
+    @property
+    def triggers(self) -> frozenset[Key]:
+        """The keys whose arrival may trigger a step; empty for a core that steps at its own rate."""
+
+    @property
+    def prompt(self) -> frozenset[Key]:
+        """Other keys that are received at once; the rest are buffered until the next step."""
+
+    @property
+    def period(self) -> float:
+        """Seconds between steps (with a trigger: when to step without one)."""
+
+    def receive(self, key: Key, message: Message, now: int) -> None:
+        """Receive a message at `now`, Unix time in ns."""
+
+    def step(self, now: int) -> Iterable[tuple[Key, Message]]:
+        """Return the messages to publish at `now`, Unix time in ns."""
+
+    def report(self, now: int) -> Report:
+        """Return its status at `now`."""
+
+    def retire(self, now: int) -> None:
+        """Land its drones, because the process must end."""
+
+    def may_end(self, now: int) -> bool:
+        """Return whether the process may end, because it has no drone in the air."""
+
+
+Address = tuple[str, int]  # IP, port
+
+
+class Datagram(NamedTuple):
+    """One UDP datagram to send."""
+
+    data: bytes
+    source: Address  # one of its own sockets
+    target: Address
+
+
+@runtime_checkable
+class Networked(Protocol):
+    """A core that exchanges UDP datagrams too."""
+
+    @property
+    def sockets(self) -> tuple[Address, ...]:
+        """The addresses to bind."""
+
+    def datagram(self, data: bytes, sender: Address, at: Address, now: int) -> None:
+        """Receive a datagram from `sender` to its socket `at`, at `now` (Unix ns)."""
+
+    def outgoing(self, now: int) -> list[Datagram]:
+        """Return the datagrams to send at `now`; called after each input and each step."""
+
+
+@runtime_checkable
+class Framed(Protocol):
+    """A core whose triggers are parts of a frame: it steps when the frame is complete, not for each of them."""
+
+    def due(self, key: Key) -> bool:
+        """Return whether the last message of the trigger `key` causes a step."""
+
+
+@runtime_checkable
+class Untimed(Protocol):
+    """A core that starts before swarm time is known, because its drone cannot wait (`untimed` in the process table)."""
+
+    def correct(self, by: int) -> None:
+        """Record that `now` jumps ahead by `by` ns (back if negative): this time has not passed."""
+
+
+class Ground:
+    """Common part of cores without a drone: they may end at any time, and step at their own rate."""
+
+    def __init__(self) -> None:
+        self.triggers: frozenset[Key] = frozenset()
+        self.prompt: frozenset[Key] = frozenset()
+
+    def receive(self, key: Key, message: Message, now: int) -> None:
+        """Ignore all messages."""
+
+    def step(self, now: int) -> Iterable[tuple[Key, Message]]:
+        """Publish nothing."""
+        return ()
+
+    def retire(self, now: int) -> None:
+        """Do nothing."""
+
+    def may_end(self, now: int) -> bool:
+        """Return True."""
+        return True
+
+
+def of_core(faults: tuple[Fault, ...], plan: Plan, identity: str) -> tuple[Fault, ...]:
+    """Return those of `faults` that the core of `identity` injects itself."""
+    return tuple(fault for fault in faults if fault.kind in plan.rows[identity].faults)
+
+
+def make_core(start: Start) -> Core:
+    """Return the core of the process table for `start`."""
+    return cast("Core", load_object(start.plan.rows[start.identity].core)(start))

@@ -1,0 +1,240 @@
+"""Steps a core: its inputs, counts and reports, the same in real and virtual time.
+
+A core has no clock and no input or output. A runner (runtime/shell.py on Zenoh, the simulation on its event queue)
+passes arrived messages and ticks to a `Stepper`, which decides when to step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Final, Protocol
+
+from flockwire_core.domain.time import SECOND
+from flockwire_core.process.cores import Core, Framed, Untimed
+from flockwire_core.process.stopwatch import Stopwatch
+from flockwire_core.process.timekeeping import Timekeeping
+from flockwire_core.wire.codec import Message
+from flockwire_core.wire.inbox import Input
+from flockwire_core.wire.keys import Key, key_text
+from flockwire_core.wire.status import Counts, Report, Status
+
+STATUS_PERIOD: Final = SECOND // 10
+WATCHDOG_PERIODS: Final = 2  # of a core with triggers, between two ticks
+WATCHDOG_TICKS: Final = 2  # without a trigger, after which such a core steps at one; one more with slow triggers
+
+Publish = Callable[[Iterable[tuple[Key, Message]]], None]
+
+
+class Resources(Protocol):
+    """Resources and links of a process."""
+
+    def cpu_share(self, now: int) -> float:
+        """Return the share of one core used since the last call."""
+
+    def resident(self) -> int:
+        """Return the peak resident memory, in bytes."""
+
+    def refused(self) -> int:
+        """Return the number of refused connections."""
+
+    def links(self) -> tuple[str, ...]:
+        """Return the linked processes by authenticated identity."""
+
+
+class StepCounts:
+    """Counts steps, those more than 1 and 5 ms late, and skipped ones.
+
+    The delay counts from the due time of the ticker, or from the sending of the triggering message; for a pilot it
+    includes the network and its own machine.
+    """
+
+    def __init__(self) -> None:
+        self.steps = self.delayed_1ms = self.delayed_5ms = self.skipped = 0
+
+    def count(self, delay: int, skipped: int) -> None:
+        """Count one step with a delay of `delay` ns, and `skipped` steps before it."""
+        self.steps += 1
+        self.delayed_1ms += delay > 1_000_000
+        self.delayed_5ms += delay > 5_000_000
+        self.skipped += skipped
+
+
+def next_deadline(deadline: int, now: int, period: int) -> int:
+    """Return the next deadline (ns) of a periodic task with the last deadline `deadline`, done at `now`.
+
+    A step that is a little early or late does not shift later ones; missed periods are skipped, and a clock that was
+    set back restarts the period.
+    """
+    return deadline + period if now < deadline + period <= now + 2 * period else now + period
+
+
+def is_due(deadline: int, now: int, period: int) -> bool:
+    """Return whether a periodic task is due at `now`, also after the clock was set back below its last deadline."""
+    return now >= deadline or now < deadline - period
+
+
+class StatusPublisher:
+    """Publishes the status of the process `identity` ten times a second, and logs changes of its state.
+
+    `frame` is the name of the world frame.
+    """
+
+    def __init__(
+        self,
+        frame: str,
+        identity: str,
+        publish: Publish,
+        resources: Resources,
+        timekeeping: Timekeeping,
+        log: Callable[[str], None],
+    ) -> None:
+        self._key, self._frame, self._identity = Key("status", identity), frame, identity
+        self._publish, self._resources, self._timekeeping, self._log = publish, resources, timekeeping, log
+        self.deadline = 0  # of the next status, Unix ns
+        self.stopwatch: Stopwatch | None = None  # what it measures is reported; none in virtual time
+        self._logged = ""
+
+    def due(self, now: int) -> bool:
+        """Return whether the next status is due."""
+        return is_due(self.deadline, now, STATUS_PERIOD)
+
+    def update(self, now: int, report: Report, counts: StepCounts, rejected: Counts) -> None:
+        """Publish the status, and log a new state."""
+        self.deadline = next_deadline(self.deadline, now, STATUS_PERIOD)
+        offset, bound = self._timekeeping.figures(now)
+        slow = self.stopwatch.reason() if self.stopwatch is not None else None
+        if slow is not None:
+            report = report._replace(reasons=(*report.reasons, slow))
+        status = Status(
+            now, self._frame, self._identity, report,
+            counts.steps, counts.delayed_1ms, counts.delayed_5ms, counts.skipped, self._resources.refused(),
+            self._resources.cpu_share(now), self._resources.resident(), rejected, self._resources.links(),
+            offset, bound,
+        )  # fmt: skip
+        self._publish(((self._key, status.bounded()),))
+        line = report.line
+        state = f"{report.phase}: {line}" if line else report.phase
+        if state != self._logged:
+            self._logged = state
+            self._log(state)
+
+
+def at_once(core: Core) -> frozenset[Key]:
+    """Return the keys that are received at once; all others are buffered until the next step."""
+    return core.prompt | core.triggers
+
+
+def tick_period(core: Core) -> float:
+    """Return the period of a core's ticker, s: its own or, with triggers, that of the watchdog."""
+    return WATCHDOG_PERIODS * core.period if core.triggers else core.period
+
+
+class Stepper:
+    """Steps one core. `buffered` are the inputs read at each step, `inputs` all inputs.
+
+    Faster triggers than the core's rate make it step at its rate on average: each step moves the earliest stamp of the
+    next one by a period. A trigger that is up to a period late delays no other, and after a longer gap the next trigger
+    makes a step. Each slower trigger makes a step.
+
+    `flush` sends the datagrams of a core; it is called after each received message and each step. Ticks that find
+    triggers arriving only count; a runner that sets `postpone` is told at each trigger how many of them to leave out.
+    """
+
+    def __init__(
+        self,
+        core: Core,
+        swarm_name: str,
+        buffered: Sequence[Input],
+        inputs: Sequence[Input],
+        publish: Publish,
+        timekeeping: Timekeeping,
+        status: StatusPublisher | None,
+        flush: Callable[[int], None] | None = None,
+    ) -> None:
+        self._core, self._publish, self._status, self._flush = core, publish, status, flush
+        self._timekeeping = timekeeping
+        if isinstance(core, Untimed):
+            timekeeping.follow(core.correct)
+        self._receive, self._due = core.receive, core.due if isinstance(core, Framed) else None
+        self._triggers = core.triggers
+        self._buffered = tuple(buffered)
+        self._named = tuple((key_text(swarm_name, source.inbox.key), source.inbox) for source in inputs)
+        self._counts = StepCounts()
+        self._period = round(core.period * SECOND)
+        self.postpone: Callable[[int], None] | None = None  # of the runner's ticker
+        self.reports_at_ticks = False  # instead of after a step, which the messages of that step would wait for
+        self._stepped = False  # since the last status
+        self._earliest = 0  # stamp of the trigger that makes the next step, Unix ns
+        self._ticks = WATCHDOG_TICKS - 1  # since the last step; one less after a long gap
+
+    def arrived(self, source: Input, now: int) -> None:
+        """Receive a message of a key that is not buffered; step if it is a trigger and a step is due."""
+        message = source.message(now)
+        if message is None:
+            return
+        inbox = source.inbox
+        key = inbox.key
+        self._receive(key, message, now)
+        if self._flush is not None:
+            self._flush(now)
+        if key not in self._triggers or (self._due is not None and not self._due(key)):
+            return
+        stamp = message.stamp
+        late, period = stamp - self._earliest, self._period
+        if late >= 0 or late < -period:
+            self._earliest = self._earliest + period if 0 <= late < period else stamp
+            self._ticks = 0 if late < 3 * period // 2 else -1
+            if self.postpone is not None:
+                self.postpone(WATCHDOG_TICKS - 1 - self._ticks)
+                self._ticks = WATCHDOG_TICKS - 1
+            self._counts.count(now - inbox.sent, inbox.missed)
+            self._step(now)
+
+    def fed(self, now: int) -> None:
+        """Step for input that is not from a key."""
+        self._ticks = 0
+        self._counts.count(0, 0)
+        self._step(now)
+
+    def tick(self, lateness: int, skipped: int, now: int) -> None:
+        """Step for the ticker, with `lateness` ns and `skipped` ticks; not while triggers arrive."""
+        if not self._triggers:
+            self._counts.count(lateness, skipped)
+            self._step(now)
+        elif (ticks := self._ticks + 1) < WATCHDOG_TICKS:
+            self._ticks = ticks
+        else:
+            self._ticks = 0
+            self._step(now)
+        if self.reports_at_ticks and self._stepped:
+            self._report(now)
+        if outgoing := self._timekeeping.step(now):  # it may correct the clock: `now` is not used after it
+            self._publish(outgoing)
+
+    def _step(self, now: int) -> None:
+        core = self._core
+        for source in self._buffered:
+            message = source.message(now)
+            if message is not None:
+                self._receive(source.inbox.key, message, now)
+        messages = core.step(now)
+        if self._flush is not None:
+            self._flush(now)
+        self._publish(messages)
+        self._stepped = True
+        if not self.reports_at_ticks:
+            self._report(now)
+
+    def _report(self, now: int) -> None:
+        status = self._status
+        if status is not None and status.due(now):
+            self._stepped = False
+            status.update(now, self._core.report(now), self._counts, self._rejected())
+
+    def _rejected(self) -> Counts:
+        return tuple(
+            (f"{name} {reason}", count)
+            for name, inbox in self._named
+            if inbox.rejected
+            for reason, count in inbox.rejected.items()
+        )

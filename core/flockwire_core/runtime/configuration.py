@@ -1,0 +1,109 @@
+"""The Zenoh configuration of every process: endpoints, links, access control, bounds, no discovery."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from flockwire_core.security.files import Credentials
+from flockwire_core.wire.access import access_control
+from flockwire_core.wire.plan import OPERATORS, Plan
+
+BURST = 16  # messages of one step in the queue before the next is dropped; 16 is the maximum
+LARGEST_MESSAGE = 65536  # bytes
+SPARE_SESSIONS = 512  # besides one for each link: a holder of one drone's certificate must not exhaust them easily
+ACCEPTING = 1000  # pending connections
+ACCEPT_TIME = {"tls": 1000, "quic": 4000}  # ms for each; a radio link loses some of its packets
+# ms. For each TLS handshake that fails or takes too long Zenoh stops accepting for 0.1 s, which cannot be configured:
+# a thousand silent connections that time out would keep an operator out for minutes. So they stay, for a descriptor.
+HANDSHAKE_TIME = 3_600_000
+ROUTER_PATIENCE = 500  # ms for one attempt to reach the router
+# Threads of Zenoh's runtime.
+ONE_THREAD = (
+    "(rx: (handover: app), acc: (handover: app), net: (handover: app), tx: (handover: app), "
+    "app: (worker_threads: 1, max_blocking_threads: 1))"
+)
+ROUTING = "(rx: (worker_threads: 1), tx: (worker_threads: 1), app: (worker_threads: 1))"
+NO_DETOURS: Mapping[str, str] = MappingProxyType({})
+RETRY = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}
+
+
+def configuration(
+    plan: Plan, identity: str, credentials: Credentials | None, detours: Mapping[str, str] = NO_DETOURS
+) -> dict[str, object]:
+    """Return the Zenoh configuration of `identity`, by which it is linked to processes (an operator: to all).
+
+    Without `credentials` nothing is encrypted, authenticated or refused. `detours` has other addresses to dial.
+    """
+    dialled = [detours.get(other) or plan.dialled(identity, other) for other in plan.dials[identity]]
+    listening = (plan.endpoints[identity],) if identity in plan.endpoints else ()
+    tls = _tls(credentials) if credentials is not None else None
+    return _configuration(plan, identity, listening, dialled, tls)
+
+
+def reserved_configuration(plan: Plan, identity: str, credentials: Credentials) -> dict[str, object]:
+    """Return the Zenoh configuration of `identity` by which operators are linked to it.
+
+    Only operators can use its sessions, because it trusts no other authority: a drone that is taken over, with all its
+    keys, can exhaust the others, but cannot block an emergency stop.
+    """
+    tls = _tls(credentials) | {"root_ca_certificate": str(credentials.signed_by(OPERATORS))}
+    return _configuration(plan, identity, (plan.reserved[identity],), (), tls)
+
+
+def _configuration(
+    plan: Plan, identity: str, listening: tuple[str, ...], dialled: list[str] | tuple[()], tls: dict[str, object] | None
+) -> dict[str, object]:
+    mode = "router" if identity in plan.routers else "client" if plan.routers else "peer"
+    link: dict[str, object] = {
+        "tx": {
+            "lease": 1000,
+            "keep_alive": 4,
+            "queue": {"size": {"real_time": BURST, "data_high": BURST, "background": BURST}},
+        },
+        "rx": {"max_message_size": LARGEST_MESSAGE},
+    }
+    config: dict[str, object] = {
+        "mode": mode,
+        "listen": {"endpoints": [_bounded(plan.locator(plan.bound(endpoint))) for endpoint in listening]},
+        "connect": {
+            "endpoints": [plan.locator(endpoint) for endpoint in dialled],
+            "timeout_ms": ROUTER_PATIENCE if mode == "client" else -1,
+            "exit_on_failure": mode == "client",
+            "retry": RETRY,
+        },
+        "open": {"return_conditions": {"connect_scouted": False, "declares": False}},
+        "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
+        "transport": {
+            "link": link,
+            "unicast": {
+                "max_sessions": len(plan.links[identity]) + SPARE_SESSIONS,
+                "accept_pending": ACCEPTING,
+                "accept_timeout": ACCEPT_TIME[plan.swarm.network.link],
+            },
+            "shared_memory": {"enabled": False},
+        },
+    }
+    if tls is not None:
+        link["tls"] = tls
+        config["access_control"] = access_control(plan, identity)
+    return config
+
+
+def _bounded(locator: str) -> str:
+    """Return the locator to listen at, where silent connections block nobody."""
+    return f"{locator}#tls_handshake_timeout_ms={HANDSHAKE_TIME}" if locator.startswith("tls/") else locator
+
+
+def _tls(credentials: Credentials) -> dict[str, object]:
+    certificate, key = str(credentials.certificate), str(credentials.key)
+    return {
+        "root_ca_certificate": str(credentials.authority),
+        "enable_mtls": True,
+        "verify_name_on_connect": True,
+        "close_link_on_expiration": False,  # what is linked flies on, and obeys orders
+        "listen_certificate": certificate,
+        "listen_private_key": key,
+        "connect_certificate": certificate,
+        "connect_private_key": key,
+    }

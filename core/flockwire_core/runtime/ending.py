@@ -1,0 +1,104 @@
+"""Ends a process on a signal, or when its parent is gone; flying drones land first."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+import os
+import signal
+import threading
+from contextlib import AbstractContextManager
+
+from flockwire_core import clock
+from flockwire_core.process.cores import Core
+from flockwire_core.runtime.session import Session
+from flockwire_core.runtime.standard_streams import finish
+from flockwire_core.runtime.ticker import NO_LOCK
+from flockwire_core.wire.plan import Plan
+
+LIFELINE = "FLOCKWIRE_LIFELINE"  # file descriptor whose end means that the parent is gone
+LAST_RESORT = 1.8  # s for closing the session
+UNDONE = 70  # exit status of a process with unfinished work
+LAST_WORDS = 0.2  # s for writing why it did not close
+POLL = 0.05  # s between two checks whether a process may end
+
+
+def ending_signals() -> tuple[signal.Signals, ...]:
+    """Return the signals that end this process; without SIGHUP if it was started to outlive its terminal (nohup)."""
+    outlives = signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    return (signal.SIGINT, signal.SIGTERM, *(() if outlives else (signal.SIGHUP,)))
+
+
+class Ending:
+    """Watches the running process's signals and its parent, in the running loop."""
+
+    def __init__(self) -> None:
+        self.told = asyncio.Event()  # the process is to end
+        self.insisted = False  # a second signal: it ends at once
+        self.orphaned = False  # its parent is gone
+        loop = asyncio.get_running_loop()
+        for number in ending_signals():
+            loop.add_signal_handler(number, self._signalled)
+        lifeline = os.environ.get(LIFELINE)
+        if lifeline is not None:
+            loop.add_reader(int(lifeline), self._readable, int(lifeline))
+
+    def _signalled(self) -> None:
+        self.insisted = self.told.is_set() and not self.orphaned
+        self.told.set()
+
+    def _readable(self, lifeline: int) -> None:
+        with contextlib.suppress(OSError):
+            if os.read(lifeline, 1):
+                return
+        asyncio.get_running_loop().remove_reader(lifeline)
+        self.orphaned = True
+        self.told.set()
+
+
+async def finished(
+    core: Core,
+    plan: Plan,
+    identity: str,
+    session: Session,
+    ending: Ending,
+    lock: AbstractContextManager[object] = NO_LOCK,
+) -> None:
+    """Wait until the process must end and may, because it has no drone in the air.
+
+    If the parent is gone, it also waits for all linked processes that end before it by the process table. `lock` is
+    held while the core is asked.
+    """
+    await ending.told.wait()
+    log, rank = logging.getLogger(identity), plan.rows[identity].rank
+    with lock:
+        core.retire(clock.now())
+        flying = not core.may_end(clock.now())
+    if flying:
+        log.info("shutdown: lands first (a second signal ends it at once)")
+    while not ending.insisted:
+        before = [other for other in session.linked() if other in plan.rows and plan.rows[other].rank < rank]
+        with lock:
+            if core.may_end(clock.now()) and not (ending.orphaned and before):
+                break
+        await asyncio.sleep(POLL)
+
+
+def last_resort(identity: str, done: bool) -> None:
+    """End the process after LAST_RESORT s in any case; call it before closing the session.
+
+    The exit status is then 0 for one that is `done`: a supervisor need not start it again.
+    """
+
+    def give_up() -> None:
+        logging.getLogger(identity).warning(
+            f"the session did not close in {LAST_RESORT} s: its peers have vanished; the process ends, "
+            f"its work is {'' if done else 'not '}done"
+        )
+        finish(LAST_WORDS)
+        os._exit(0 if done else UNDONE)
+
+    timer = threading.Timer(LAST_RESORT, give_up)
+    timer.daemon = True
+    timer.start()

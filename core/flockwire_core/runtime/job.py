@@ -1,0 +1,72 @@
+"""One process of a swarm: its input from the command line, and its run."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from flockwire_core import clock
+from flockwire_core.objects import load_object
+from flockwire_core.runtime.detours import DetoursError, read_detours
+from flockwire_core.runtime.session import EndpointInUseError, Session, connect
+from flockwire_core.security.files import CredentialsError, default_folder
+from flockwire_core.security.verification import verify
+from flockwire_core.swarm.wording import printable
+from flockwire_core.wire.plan import Plan
+
+if TYPE_CHECKING:
+    from flockwire_core.process.faults import Fault
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """The input of a process; `toml` is the swarm file's text, `out` a recorder's folder."""
+
+    plan: Plan
+    identity: str
+    keys: Path | None
+    toml: str
+    out: Path
+    faults: tuple[Fault, ...] = ()
+    took_off: int | None = None  # time 0 of the flight's faults, Unix ns, if known
+
+
+class PrintableFormatter(logging.Formatter):
+    """Formats a record as a terminal may show it: its text may come from another process, or a tracker."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the lines of `record`."""
+        return printable(super().format(record))
+
+
+def serve(job: Job) -> int:
+    """Run the process of `job` until it must end; returns its exit status."""
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(PrintableFormatter("%(asctime)s.%(msecs)03d %(name)s: %(message)s", "%H:%M:%S"))
+    logging.basicConfig(level=logging.INFO, handlers=[handler])
+    logging.raiseExceptions = False  # the terminal may be closed while drones fly
+    run = load_object(job.plan.rows[job.identity].runner)
+    try:
+        asyncio.run(run(job))
+    except (CredentialsError, DetoursError, EndpointInUseError) as error:
+        logging.getLogger(job.identity).error(str(error))
+        return 2
+    except OSError as error:  # the disk is full, or not writable
+        logging.getLogger(job.identity).error(str(error))
+        return 1
+    return 0
+
+
+async def connected(job: Job, ended: asyncio.Event) -> Session | None:
+    """Open the session of the process of `job` as `connect` does, its keys checked in a child.
+
+    Raises CredentialsError, DetoursError and EndpointInUseError.
+    """
+    plan, identity, swarm, detours = job.plan, job.identity, job.plan.swarm, read_detours()
+    if swarm.network.security == "mtls":
+        verify(job.keys or default_folder(swarm.name), identity, clock.utc(), plan.issuer(identity), plan.authorities)
+    return await connect(plan, identity, job.keys, ended, detours, verified=False)

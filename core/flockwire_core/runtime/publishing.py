@@ -1,0 +1,79 @@
+"""Publishes messages: encodes each once, numbers it, and collects those that the recorder receives in batches."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
+
+from flockwire_core import clock
+from flockwire_core.wire.batch import Collecting, Head
+from flockwire_core.wire.codec import CODECS
+from flockwire_core.wire.inbox import ATTACHMENT, publisher_of
+from flockwire_core.wire.keys import BATCH, ROWS, Key
+from flockwire_core.wire.plan import Plan
+
+if TYPE_CHECKING:
+    import zenoh
+
+    from flockwire_core.wire.codec import Message
+
+
+class _Outlet:
+    """One key: its Zenoh publishers, the publisher's id, and what stands before its messages in a batch, if they do."""
+
+    def __init__(self, key: Key, publishers: tuple[zenoh.Publisher, ...], identity: bytes, head: Head | None) -> None:
+        self.encode = CODECS[ROWS[key.kind].message].encode
+        self.publishers, self.identity, self.head = publishers, identity, head
+        self.sequence = 0
+
+
+class Publishing:
+    """Publishes on the keys of the process `identity`; `declare` returns the Zenoh publishers of one of them.
+
+    `session` are 16 bytes that identify its session.
+    """
+
+    def __init__(
+        self, plan: Plan, identity: str, session: bytes, declare: Callable[[Key], tuple[zenoh.Publisher, ...]]
+    ) -> None:
+        self.outlets = {
+            key: _Outlet(
+                key,
+                declare(key) if plan.subscribers(key) else (),
+                publisher_of(session, key),
+                Head(f"{key.owner}/{key.kind}") if key in plan.batched else None,
+            )
+            for key in plan.publishes[identity]
+        }
+        self._batch, self._batch_key = Collecting(plan.swarm.frame), Key(BATCH, identity)
+        self.flushes = True  # at each `publish`, what is due for the recorder; else whoever calls `flush_due` does it
+
+    def publish(self, messages: Iterable[tuple[Key, Message]]) -> None:
+        """Publish messages; KeyError if the key table does not allow this identity to publish one of the keys."""
+        for key, message in messages:
+            outlet = self.outlets[key]
+            self._put(outlet, outlet.encode(message), clock.now())
+        if self.flushes:
+            self.flush_due()
+
+    def flush_due(self) -> None:
+        """Send what is collected for the recorder, when its time has come."""
+        if self._batch.due(clock.now()):
+            self.flush()
+
+    def flush(self) -> None:
+        """Send what is collected for the recorder."""
+        if not self._batch.empty:
+            now = clock.now()
+            self._put(self.outlets[self._batch_key], self._batch.take(now), now)
+
+    def _put(self, outlet: _Outlet, payload: bytes, now: int) -> None:
+        sequence = outlet.sequence
+        outlet.sequence = sequence + 1
+        if outlet.publishers:
+            attached = ATTACHMENT.pack(sequence, now, 16, outlet.identity)
+            for publisher in outlet.publishers:
+                publisher.put(payload, attachment=attached)
+        head = outlet.head
+        if head is not None and self._batch.add(head, sequence, now, payload):
+            self.flush()

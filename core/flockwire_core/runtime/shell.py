@@ -1,0 +1,166 @@
+"""The thin shell around every core: receive, step, publish, keep rate, report, end.
+
+The stepper decides when to step, and what to count and report (process/stepping.py), as in virtual time.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import logging
+from collections.abc import Callable, Iterable
+from contextlib import AbstractAsyncContextManager, nullcontext
+from random import Random
+
+from flockwire_core import clock
+from flockwire_core.domain.time import SECOND
+from flockwire_core.process.cores import Core, Framed, Start, make_core, of_core
+from flockwire_core.process.stepping import STATUS_PERIOD, StatusPublisher, StepCounts, Stepper, at_once, tick_period
+from flockwire_core.process.stopwatch import Stopwatch
+from flockwire_core.process.timekeeping import Timekeeping, patience
+from flockwire_core.runtime.datagrams import Sockets, served
+from flockwire_core.runtime.ending import Ending, finished, last_resort
+from flockwire_core.runtime.job import Job, connected
+from flockwire_core.runtime.refusals import Refusals
+from flockwire_core.runtime.resources import ProcessResources
+from flockwire_core.runtime.session import Session
+from flockwire_core.runtime.subscriptions import Prompt, Wakeup
+from flockwire_core.runtime.supervision import Supervision
+from flockwire_core.runtime.swarm_clock import SwarmClock
+from flockwire_core.runtime.ticker import Ticker
+from flockwire_core.wire.codec import Message
+from flockwire_core.wire.keys import Key
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.status import Report, Status
+
+Feed = Callable[[Core, Callable[[], None]], AbstractAsyncContextManager[None] | None]
+"""Opens an input that is no key, for a core; calls the function it is given when the core is to step for it."""
+
+
+class Shell:
+    """Runs one core on one session, in the running loop and where it may on the thread on which Zenoh receives."""
+
+    def __init__(
+        self,
+        core: Core,
+        plan: Plan,
+        identity: str,
+        session: Session,
+        swarm_clock: SwarmClock,
+        status: StatusPublisher,
+        sockets: Sockets | None,
+    ) -> None:
+        self._running, self._lock, self._session = False, swarm_clock.lock, session
+        often = tick_period(core) * SECOND <= STATUS_PERIOD
+        self._frames, self._flush_due = isinstance(core, Framed) and often, _nothing
+        timed, wakeup = swarm_clock.timekeeping, Wakeup(self._arrived, swarm_clock.lock)
+        keys, prompt_keys = [key for key in plan.subscribes[identity] if key not in timed.keys], at_once(core)
+        buffered = [session.newest(key) for key in keys if key not in prompt_keys]
+        prompts = [session.prompt(key, wakeup) for key in keys if key in prompt_keys]
+        self._wakeup = wakeup
+        flush = None if sockets is None else sockets.flush
+        inputs = [*buffered, *prompts, *swarm_clock.prompts]
+        self._stepper = Stepper(core, plan.swarm.name, buffered, inputs, session.publish, timed, status, flush)
+        self._ticker = Ticker(tick_period(core), self._tick, swarm_clock.lock)
+        self._postpones = bool(core.triggers) and not timed.keys
+
+    def start(self, direct: bool = False) -> None:
+        """Begin; `direct`: all that reaches the core comes by keys, so that it may step on the thread of one.
+
+        Zenoh sends what a step publishes when that thread is done. One step of the gateway serves all drones: neither
+        its status nor its batch for the recorder is made there, if ticks come as often as a status must. Others that
+        have triggers, and no clock to correct, need no tick while those come: the loop then sleeps.
+        """
+        if direct and self._frames:
+            self._stepper.reports_at_ticks, self._flush_due = True, self._session.take_over_batches()
+        elif direct and self._postpones:
+            self._stepper.postpone = self._ticker.postpone
+        self._ticker.start()
+        self._running, self._wakeup.direct = True, direct
+
+    def stop(self) -> None:
+        """Stop stepping; later announcements of Zenoh's threads are ignored."""
+        with self._lock:
+            self._running = self._wakeup.direct = False
+        self._ticker.stop()
+
+    def step(self) -> None:
+        """Step for input that arrived by another way than the session."""
+        with self._lock:
+            if self._running:
+                self._stepper.fed(clock.now())
+
+    def _arrived(self, prompt: Prompt) -> None:
+        if self._running:
+            self._stepper.arrived(prompt, clock.now())
+
+    def _tick(self, lateness: int, skipped: int) -> None:
+        self._stepper.tick(lateness, skipped, clock.now())
+        self._flush_due()
+
+
+def _nothing() -> None:
+    """Do nothing: `publish` sends the batches."""
+
+
+def status_publisher(
+    plan: Plan,
+    identity: str,
+    session: Session,
+    refusals: Refusals,
+    timed: Timekeeping,
+    loop: asyncio.AbstractEventLoop | None = None,
+) -> StatusPublisher:
+    """Return the function that publishes this process's status, logs it and reports it to supervisors.
+
+    `loop` is as `ProcessResources` has it.
+    """
+    resources, supervision = ProcessResources(session, refusals, loop), Supervision(identity)
+
+    def publish(messages: Iterable[tuple[Key, Message]]) -> None:
+        for key, message in messages:
+            session.publish(((key, message),))
+            if isinstance(message, Status):
+                supervision.completed(message.report)
+
+    return StatusPublisher(plan.swarm.frame, identity, publish, resources, timed, logging.getLogger(identity).info)
+
+
+def _waits(status: StatusPublisher) -> None:
+    """Publish, at its time, that the process has no core yet."""
+    now = clock.now()
+    if status.due(now):
+        status.update(now, Report(Phase.WAITING, "waits for the gateway's time"), StepCounts(), ())
+
+
+async def run_core(job: Job, feed: Feed | None = None) -> None:
+    """Run the core of the process table, with its own input, until the process must end."""
+    plan, identity = job.plan, job.identity
+    ending, refusals = Ending(), Refusals(identity)
+    refusals.watch()
+    session = await connected(job, ending.told)
+    if session is None:
+        return
+    async with contextlib.AsyncExitStack() as stack:
+        stack.enter_context(session)
+        swarm_clock = SwarmClock(plan, identity, session)
+        loop = asyncio.get_running_loop()
+        status = status_publisher(plan, identity, session, refusals, swarm_clock.timekeeping, loop)
+        await swarm_clock.settled(ending.told, patience(plan, identity), lambda: _waits(status))
+        chance = Random(plan.swarm.gateway.seed)  # noqa: S311  (noise)
+        faults, period = of_core(job.faults, plan, identity), 1.0 / plan.swarm.control.rate_hz
+        status.stopwatch = Stopwatch(clock.monotonic, period)
+        core = make_core(Start(plan, identity, clock.now(), chance, faults, job.took_off, status.stopwatch))
+        sockets = await stack.enter_async_context(served(core))
+        shell = Shell(core, plan, identity, session, swarm_clock, status, sockets)
+        fed = feed(core, shell.step) if feed is not None else None
+        shell.start(direct=sockets is None and fed is None)
+        done = False
+        try:
+            async with fed or nullcontext():
+                await finished(core, plan, identity, session, ending, swarm_clock.lock)
+            done = True
+        finally:
+            shell.stop()
+            last_resort(identity, done)

@@ -1,0 +1,127 @@
+"""The formations of a swarm file, one model for each kind."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import isfinite
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field, field_validator
+
+from flockwire_core.control import formation as shapes
+from flockwire_core.control.expression import derivative
+from flockwire_core.control.expression_parser import parse_expression
+from flockwire_core.control.key_frames import parse_key_frames
+from flockwire_core.swarm.tables import Finite, Model, Positive
+
+
+class FormationModel(Model):
+    """The common part of all kinds."""
+
+    places: Literal["assigned", "fixed"] = "assigned"  # assignment in a change to it: shortest paths, or by rank
+    assignment: Literal["rank", "free", "auction"] = "rank"  # at a start: by rank, shortest paths, followers decide
+
+
+class ShapeModel(FormationModel):
+    """A formation whose other keys are the parameters of its `shape`."""
+
+    shape: ClassVar[Callable[..., shapes.Formation]]
+
+    def build(self, count: int) -> shapes.Formation:
+        """Return the formation of `count` followers."""
+        return self.shape(count, **self.model_dump(exclude={"kind", "places", "assignment"}))
+
+
+class CircleFormation(ShapeModel):
+    """Followers evenly spread on a circle round the leader."""
+
+    shape: ClassVar = shapes.Circle
+    kind: Literal["circle"]  # evenly spread on a circle round the leader
+    radius: Positive = 2.0  # m, of the circle
+    rate: Finite = 0.0  # rad/s, about Z
+
+
+class LineFormation(ShapeModel):
+    """Followers on a line through the leader, alternately before and behind it."""
+
+    shape: ClassVar = shapes.Line
+    kind: Literal["line"]  # on a line through the leader
+    spacing: Positive = 1.0  # m, between neighbours
+    heading: Finite = 0.0  # rad, of the line, from X
+    rate: Finite = 0.0  # rad/s, about Z
+
+
+class GridFormation(ShapeModel):
+    """Followers on a rectangular grid with the leader in one of its cells."""
+
+    shape: ClassVar = shapes.Grid
+    kind: Literal["grid"]  # on a rectangular grid
+    spacing: Positive = 1.0  # m, between neighbours
+    columns: Annotated[int, Field(ge=1)] = 3  # of the grid
+    rate: Finite = 0.0  # rad/s, about Z
+
+
+class PolygonFormation(ShapeModel):
+    """Followers evenly spread along the perimeter of a regular polygon round the leader."""
+
+    shape: ClassVar = shapes.Polygon
+    kind: Literal["polygon"]  # along the sides of a regular polygon
+    sides: Annotated[int, Field(ge=3)] = 4  # of the polygon
+    radius: Positive = 2.0  # m, of its corners
+    rate: Finite = 0.0  # rad/s, about Z
+
+
+class KeyFramesFormation(FormationModel):
+    """Offsets from a CSV file `t,drone,x,y,z`, joined by a smooth curve; `frames` is the file's text."""
+
+    kind: Literal["key_frames"]  # by a CSV file `t,drone,x,y,z`
+    file: str  # its path, from the swarm file's folder
+    frames: Annotated[str, Field(repr=False)] = ""
+
+    def build(self, count: int) -> shapes.Formation:
+        """Return the formation; the file must have a curve for each of the `count` followers."""
+        formation = parse_key_frames(self.frames)
+        if formation.count != count:
+            raise ValueError(f"{self.file} has offsets for {formation.count} drones, the swarm has {count} followers")
+        return formation
+
+
+class ExpressionFormation(FormationModel):
+    """Offsets in m as expressions in t (s), i (the follower's rank, from 0) and n (the number of followers)."""
+
+    kind: Literal["expression"]  # by formulas
+    x: str  # m, in t, i and n
+    y: str  # m, in t, i and n
+    z: str = "0"  # m, in t, i and n
+
+    @field_validator("x", "y", "z")
+    @classmethod
+    def _smooth(cls, text: str) -> str:
+        derivative(parse_expression(text))
+        return text
+
+    def build(self, count: int) -> shapes.Formation:
+        """Return the formation of `count` followers."""
+        axes = (parse_expression(self.x), parse_expression(self.y), parse_expression(self.z))
+        return shapes.Parametric(count, axes)
+
+    def undefined(self, count: int, horizon: float, step: float) -> tuple[str, int, float] | None:
+        """Return axis, rank and time in s of the first value that is not finite.
+
+        Checks every `step` s up to `horizon`; None if all values are finite.
+        """
+        formation = self.build(count)
+        for k in range(round(horizon / step) + 1):
+            t = k * step
+            for index in range(count):
+                values = zip("xyz", formation.offset(index, t), formation.offset_rate(index, t), strict=True)
+                for axis, place, rate in values:
+                    if not isfinite(place + rate):
+                        return axis, index, t
+        return None
+
+
+FormationTable = Annotated[
+    CircleFormation | LineFormation | GridFormation | PolygonFormation | KeyFramesFormation | ExpressionFormation,
+    Field(discriminator="kind"),
+]

@@ -1,0 +1,27 @@
+"""Where the law that `[control] law` names is found: built in, in a file beside the swarm file, or installed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from flockwire_core.swarm.model import Swarm
+
+BUILT_IN = {
+    "paper": "flockwire_agent.paper_law:PaperLaw",
+    "extended": "flockwire_agent.extended_law:ExtendedLaw",
+}
+
+
+def law_file(swarm: Swarm) -> Path | None:
+    """Return the file of an own law, beside the swarm file; None for a built-in one or an installed module."""
+    module = swarm.control.law.rpartition(":")[0]
+    if module.endswith(".py"):
+        return Path(swarm.folder, module)
+    file = Path(swarm.folder, f"{module.replace('.', '/')}.py")
+    return file if swarm.control.own_law and swarm.folder and file.is_file() else None
+
+
+def law_object(swarm: Swarm) -> str:
+    """Return the class of the law, for `load_object`."""
+    law, file = swarm.control.law, law_file(swarm)
+    return BUILT_IN.get(law, law) if file is None else f"{file}:{law.rpartition(':')[2]}"

@@ -1,0 +1,256 @@
+"""A whole swarm as one frozen model: the tables of a swarm file put together.
+
+One file describes the whole swarm and every process reads it once (loading.py). Lengths are metres, times seconds,
+angles radians, the world frame is ENU with Z up. Unknown keys are refused; every key that can have a default has one.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import cached_property
+from math import ceil
+from typing import Annotated
+
+from pydantic import Field, field_validator
+
+from flockwire_core.control import formation as shapes
+from flockwire_core.control.graph import LEADER, Graph
+from flockwire_core.control.key_frames import KeyFrames
+from flockwire_core.control.survey import Survey, survey
+from flockwire_core.objects import load_object
+from flockwire_core.swarm.airframes import AIRFRAMES, ROWS, AirframeRow
+from flockwire_core.swarm.drones import BUILT_IN_AIRFRAMES, Airframe, Drone, Wind
+from flockwire_core.swarm.formations import FormationTable
+from flockwire_core.swarm.gateway import Gateway
+from flockwire_core.swarm.leader import Leader
+from flockwire_core.swarm.ros import Ros
+from flockwire_core.swarm.tables import (
+    Avoidance,
+    Checks,
+    Control,
+    GraphTable,
+    Host,
+    Limits,
+    Model,
+    Network,
+    Observer,
+    Obstacle,
+    Sim,
+    TrackedObstacle,
+)
+
+SURVEY_HORIZON = 120.0  # s of every formation that are sampled, or its length
+SURVEY_STEP = 0.3  # s, in up to MOST_SAMPLES steps
+MOST_SAMPLES = 4000
+MOST_DRONES = 1000
+DEFAULT_FORMATION = "default"  # of [formations]: the first one where the file has no [formation]
+
+
+def uav(number: int) -> str:
+    """Return the name of drone `number`, also the owner of its keys."""
+    return f"uav{number}"
+
+
+class Swarm(Model):
+    """A whole swarm. A swarm returned by loading.py has passed every rule and may fly."""
+
+    name: str  # the swarm's name: the first part of every key
+    frame: str = "world"  # name of the world frame, ENU with Z up
+    control: Control = Control()  # the control law
+    observer: Observer = Observer()  # the fixed-time observer (8)
+    formation: FormationTable | None = None  # the first formation
+    formations: dict[str, FormationTable] = Field(default={})  # other formations, by name
+    avoidance: Avoidance = Avoidance()  # sensing and required distances
+    limits: Limits = Limits()  # speeds, heights, battery, fence
+    checks: Checks = Checks()  # bounds that judge a flight
+    leader: Leader = Leader()  # the leader and its path
+    graph: GraphTable  # who receives from whom
+    drones: Annotated[tuple[Drone, ...], Field(max_length=MOST_DRONES)]  # every drone
+    airframes: dict[str, Airframe] = Field(default=BUILT_IN_AIRFRAMES)  # responses of airframes
+    wind: Wind = Wind()  # wind of simulated airframes
+    obstacles: tuple[Obstacle, ...] = ()  # fixed obstacles
+    tracked_obstacles: tuple[TrackedObstacle, ...] = ()  # moving obstacles that the tracker sees
+    gateway: Gateway = Gateway()  # where poses come from
+    network: Network = Network()  # the links of processes
+    ros: Ros | None = None  # the swarm in ROS 2; this table enables it
+    sim: Sim = Sim()  # the network of `flockwire sim`
+    hosts: dict[str, Host] = Field(default={"local": Host()})  # the machines
+    folder: Annotated[str, Field(repr=False, exclude=True)] = ""  # of the file, where an own law is searched
+
+    @field_validator("name", "frame")
+    @classmethod
+    def _one_word(cls, value: str) -> str:
+        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,63}", value):
+            raise ValueError("must be a letter followed by letters, digits and _ (it becomes part of ROS 2 topics)")
+        return value
+
+    @field_validator("airframes", mode="before")
+    @classmethod
+    def _with_built_in(cls, value: object) -> object:
+        """Add the built-in airframes; a table of the file changes only its own keys."""
+        if not isinstance(value, dict):
+            return value
+        known = {name: airframe.model_dump() for name, airframe in BUILT_IN_AIRFRAMES.items()}
+        own = {
+            name: {**known.get(name, {}), **table} if isinstance(table, dict) else table
+            for name, table in value.items()
+        }
+        return {**known, **own}
+
+    @cached_property
+    def followers(self) -> tuple[int, ...]:
+        """Ids of the followers, ascending; a follower's place in this tuple is its index in the formation."""
+        return tuple(sorted(drone.id for drone in self.drones if drone.id != LEADER))
+
+    @cached_property
+    def tracked(self) -> tuple[int, ...]:
+        """Ids of all drones at the tracker, ascending: the followers and, unless it is virtual, the leader."""
+        return tuple(sorted(drone.id for drone in self.drones))
+
+    @cached_property
+    def flying(self) -> tuple[int, ...]:
+        """Ids of all drones with an airframe, ascending, without a leader carried by a person."""
+        return tuple(i for i in self.tracked if i != LEADER or self.leader.kind != "tracked")
+
+    @property
+    def drone_spacing(self) -> float:
+        """Least distance between places, m: what the safety filter keeps, or the safety distance without one."""
+        return (self.avoidance.kept if self.control.filtered else self.avoidance.safe).drone
+
+    @property
+    def person_clearance(self) -> float:
+        """Distance of drones from the centre of a person, m."""
+        return self.gateway.person_radius + self.avoidance.obstacle_safety_distance
+
+    @cached_property
+    def walking(self) -> tuple[int, ...]:
+        """The id of a tracked leader that a simulated person carries, if the cameras are simulated; else empty."""
+        cameras = self.gateway.source == "simulated" or self.gateway.simulates_tracker
+        return tuple(i for i in self.tracked if i not in self.flying and cameras)
+
+    def of_kind(self, *rows: AirframeRow) -> tuple[int, ...]:
+        """Return the ids of the drones whose airframes are of one of these kinds, simulated or not, ascending."""
+        named = {name for name in self.airframes if self.airframe_row(name) in rows}
+        return tuple(i for i in self.flying if self.drone(i).airframe in named)
+
+    @cached_property
+    def driven(self) -> tuple[int, ...]:
+        """Ids of the drones with their own driver, simulated or not, ascending."""
+        return self.of_kind(*(row for row in AIRFRAMES if row.driver))
+
+    @cached_property
+    def simulated(self) -> tuple[int, ...]:
+        """Ids of the drones whose airframes are simulated, ascending."""
+        return tuple(i for i in self.flying if i not in self.driven or self.real_address(i) is None)
+
+    @cached_property
+    def ground(self) -> float:
+        """Height of the ground on which simulated drones land, m: that of the lowest start."""
+        return min((self.drone(i).start[2] for i in self.flying), default=0.0)
+
+    @property
+    def climb_time(self) -> float:
+        """The time of the longest climb or descent, s: from the ground to the fence's top at limits.vertical_speed."""
+        return (self.limits.fence.high[2] - self.ground) / self.limits.vertical_speed
+
+    @cached_property
+    def topology(self) -> Graph:
+        """The communication graph."""
+        return Graph(self.followers, self.graph.edges)
+
+    @cached_property
+    def depth(self) -> int:
+        """Hops from the leader to the deepest follower."""
+        return max(self.topology.depths().values())
+
+    @cached_property
+    def _by_id(self) -> dict[int, Drone]:
+        return {drone.id: drone for drone in self.drones}
+
+    def drone(self, number: int) -> Drone:
+        """Return drone `number`; KeyError when the swarm has none."""
+        return self._by_id[number]
+
+    def body(self, number: int) -> str | int:
+        """Return the name or number of drone `number` at the tracker."""
+        body = self.drone(number).body
+        return uav(number) if body is None else body
+
+    def airframe(self, number: int) -> Airframe:
+        """Return the airframe parameters of drone `number`."""
+        return self.airframes[self.drone(number).airframe]
+
+    def airframe_row(self, name: str) -> AirframeRow:
+        """Return the row of the airframe table of the airframe called `name`."""
+        return ROWS[self.airframes[name].kind]
+
+    def row(self, number: int) -> AirframeRow:
+        """Return the row of the airframe table of drone `number`."""
+        return self.airframe_row(self.drone(number).airframe)
+
+    def full_speed(self, number: int) -> float:
+        """Return the highest speed of drone `number`, m/s: limits.speed, or that of its airframe if it is less."""
+        fastest = self.row(number).fastest
+        return min(self.limits.speed, load_object(fastest)(self.airframe(number))) if fastest else self.limits.speed
+
+    def real_address(self, number: int) -> str | None:
+        """Return the address of drone `number` from its kind's table in [[drones]]; None for a simulated one."""
+        address = getattr(getattr(self.drone(number), self.row(number).kind, None), "address", None)
+        return None if address is None else str(address)
+
+    def in_simulation(self) -> Swarm:
+        """Return the swarm for virtual time: simulated cameras and airframes replace real ones."""
+        if self.gateway.source == "simulated":
+            return self
+        kinds = dict.fromkeys(row.kind for row in AIRFRAMES if row.drone_keys)
+        drones = tuple(drone.model_copy(update=kinds) for drone in self.drones)
+        fields = {name: getattr(self, name) for name in type(self).model_fields}
+        return Swarm.model_construct(**fields | {"gateway": self.gateway.simulated(), "drones": drones})
+
+    def unaligned(self) -> Swarm:
+        """Return the swarm with the tracker's frame as the field's, for `flockwire align`."""
+        level = {"rotation": (0.0, 0.0, 0.0, 1.0), "offset": (0.0, 0.0, 0.0)}
+        return self.tracked_by(self.gateway.model_copy(update=level))
+
+    def tracked_by(self, gateway: Gateway) -> Swarm:
+        """Return the swarm with another table [gateway]."""
+        return self.model_copy(update={"gateway": gateway})
+
+    def build_formation(self, name: str = "") -> shapes.Formation:
+        """Return the formation called `name`, the swarm's first one when empty; KeyError when there is none."""
+        return self.formation_table(name).build(len(self.followers))
+
+    def formation_table(self, name: str = "") -> FormationTable:
+        """Return the table of the formation called `name`, the first one's when empty; KeyError when there is none."""
+        if name or self.formation is None:
+            return self.formations[name or DEFAULT_FORMATION]
+        return self.formation
+
+    @property
+    def formation_names(self) -> tuple[str, ...]:
+        """The names of formations in orders; the first one's is empty."""
+        return ("", *self.formations)
+
+    @cached_property
+    def auctioned(self) -> frozenset[str]:
+        """The names of the formations whose places the followers share out by an auction."""
+        first = self.formation is not None or DEFAULT_FORMATION in self.formations
+        names = self.formation_names if first else tuple(self.formations)
+        return frozenset(name for name in names if self.formation_table(name).assignment == "auction")
+
+    def survey(self, name: str = "", duration: float = SURVEY_HORIZON) -> Survey:
+        """Return the extremes of the formation called `name`; raises as building it.
+
+        They are those of its first `duration` s, at least SURVEY_HORIZON, or of all its key frames.
+        """
+        formation = self.build_formation(name)
+        horizon = max(SURVEY_HORIZON, duration, formation.end if isinstance(formation, KeyFrames) else 0.0)
+        if (name, horizon) not in self._surveys:
+            self._surveys[name, horizon] = survey(
+                formation, horizon, 1 + min(ceil(horizon / SURVEY_STEP), MOST_SAMPLES)
+            )
+        return self._surveys[name, horizon]
+
+    @cached_property
+    def _surveys(self) -> dict[tuple[str, float], Survey]:
+        return {}

@@ -1,0 +1,266 @@
+"""The key table: the keys of a swarm, their messages, publishers and subscribers.
+
+A key is `<swarm>/<owner>/<kind>` (`<swarm>/<kind>` where all drones share it), which is also a ROS 2 topic name. No
+other file spells a key. Links (plan.py) follow from this table, the process table and the graph. A recorder subscribes
+to every key without being named here, but receives the state of most processes in batches (batch.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import NamedTuple
+
+from flockwire_core.control.graph import LEADER
+from flockwire_core.domain.airframe import Command, Telemetry
+from flockwire_core.domain.bids import Bids
+from flockwire_core.domain.body import Nearby
+from flockwire_core.domain.motion import Estimate
+from flockwire_core.domain.order import Mission, Stop
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.signals import Signals
+from flockwire_core.domain.time import SECOND, TimeReply, TimeRequest
+from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.wire.batch import LARGEST, PERIOD, Batch
+from flockwire_core.wire.codec import Message
+from flockwire_core.wire.processes import (
+    AGENT,
+    DRIVER,
+    GATEWAY,
+    KINEMATICS,
+    LEADING,
+    ORDERING,
+    ROS,
+    TELEOP,
+    TRACKER,
+    Process,
+    Roster,
+)
+from flockwire_core.wire.status import Status
+
+TIME_REQUEST = "time_request"
+TIME_REPLY = "time_reply"
+ANY_TIME = 4e9  # s
+
+
+BATCH = "batch"  # the kind of key of messages for the recorder alone
+STEERING = "steering"  # the kind of key that steers the leader
+
+
+class Key(NamedTuple):
+    """One key of a swarm: its `kind` and its `owner` (empty for the whole swarm)."""
+
+    kind: str
+    owner: str = ""
+
+
+class Delivery(Enum):
+    """The delivery of a key's messages."""
+
+    STATE = "newest counts: sent at once, dropped rather than queued"
+    EVENT = "sent before all else; a publisher that must know that it arrived repeats it until it is confirmed"
+    BACKGROUND = "sent when there is time"
+
+
+class Owner(NamedTuple):
+    """The owner of a key: a drone, a process (as Member), or (both empty) the swarm."""
+
+    name: str = ""
+    drone: int | None = None
+
+
+Owners = Callable[[Roster], tuple[Owner, ...]]
+Who = Callable[[Roster, Owner], tuple[str, ...]]
+
+
+@dataclass(frozen=True, slots=True)
+class KeyRow:
+    """One kind of key. `owners` is a function of a swarm, `publishers` and `subscribers` of one owner in it.
+
+    `rate` (messages per s) and `largest` (bytes) are the quota of one key, shared by its publishers: a multiple of the
+    need of the fastest swarm. Receivers drop and count messages beyond it. Plan.rate adds to that of batches.
+    """
+
+    kind: str
+    message: type[Message]
+    owners: Owners
+    publishers: Who
+    subscribers: Who
+    rate: int
+    largest: int
+    delivery: Delivery = Delivery.STATE
+    maximum_age: float | None = 1.0  # s; None: a message is valid until a newer one arrives
+    ahead: float = 0.1  # s by which a stamp may be in the future: a bound on the offset between two machines' clocks
+    occasional: bool = False  # published only when there is something to report
+    each: bool = False  # every message is read, not only the newest: of several publishers, no clock decides
+
+
+def _drones(which: Callable[[Swarm], tuple[int, ...]]) -> Owners:
+    return lambda roster: tuple(Owner(uav(i), i) for i in which(roster.swarm))
+
+
+def _everybody(_: Roster) -> tuple[Owner, ...]:
+    return (Owner(),)
+
+
+def _processes(which: Callable[[Process], bool]) -> Owners:
+    return lambda roster: tuple(Owner(*member) for one, member in roster.members.items() if which(roster.rows[one]))
+
+
+def _steered(roster: Roster) -> tuple[Owner, ...]:
+    return (Owner(uav(LEADER), LEADER),) if roster.swarm.leader.steered else ()
+
+
+def _ros_steers(roster: Roster, _: Owner) -> tuple[str, ...]:
+    return roster.of(ROS) if roster.swarm.leader.follows_ros else ()
+
+
+def _ros_orders(*verbs: str) -> Who:
+    """Name the process in ROS 2 if the file lets it give one of these orders."""
+
+    def who(roster: Roster, _: Owner) -> tuple[str, ...]:
+        allowed = roster.swarm.ros.orders if roster.swarm.ros is not None else ()
+        return roster.of(ROS) if set(verbs).intersection(allowed) else ()
+
+    return who
+
+
+def _all(*rows: Process) -> Who:
+    return lambda roster, _: roster.of(*rows)
+
+
+def _any_of(*parts: Who) -> Who:
+    return lambda roster, owner: tuple(identity for part in parts for identity in part(roster, owner))
+
+
+def _itself(_: Roster, owner: Owner) -> tuple[str, ...]:
+    return (owner.name,)
+
+
+def _pilot(roster: Roster, owner: Owner) -> tuple[str, ...]:
+    return (roster.pilot[owner.drone],) if owner.drone is not None else ()
+
+
+def _neighbours(roster: Roster, owner: Owner) -> tuple[str, ...]:
+    """Name the pilots of those with an edge from the owner."""
+    return tuple(roster.pilot[i] for i in roster.swarm.topology.out_neighbours(owner.drone or 0))
+
+
+def _led(roster: Roster, owner: Owner) -> tuple[str, ...]:
+    """Name the agents with an edge from the leader, if the owner is its pilot: they need its status.
+
+    A tracked leader leads while its pose arrives, so its status is not needed.
+    """
+    leads = owner.name == roster.pilot[LEADER] and roster.swarm.leader.kind != "tracked"
+    return _neighbours(roster, owner) if leads else ()
+
+
+def _locating(roster: Roster, owner: Owner) -> tuple[str, ...]:
+    """Name the gateway if the owner is the pilot of a tracked airframe: it reports that a pose is not its own."""
+    flying = owner.drone in roster.swarm.flying and roster.pilot.get(owner.drone) == owner.name
+    return roster.of(GATEWAY) if flying else ()
+
+
+def _driver(roster: Roster, owner: Owner) -> tuple[str, ...]:
+    """Name the driver of a drone: its own, or the process of simulated airframes."""
+    return roster.drivers(owner.drone) if owner.drone is not None else ()
+
+
+def _turning_driver(roster: Roster, owner: Owner) -> tuple[str, ...]:
+    """Name the driver of a drone that turns: it needs the heading."""
+    swarm = roster.swarm
+    turns = owner.drone in swarm.driven and owner.drone is not None and swarm.row(owner.drone).turns
+    return _driver(roster, owner) if turns else ()
+
+
+def _walker(roster: Roster, _: Owner) -> tuple[str, ...]:
+    """Name the process that simulates the person who leads, who walks in the formation phase."""
+    return roster.of(KINEMATICS) if roster.swarm.walking else ()
+
+
+def _cameras(roster: Roster, _: Owner) -> tuple[str, ...]:
+    """Name the process that simulates the cameras: a simulated tracker, or the gateway; none if they are real."""
+    return roster.of(TRACKER) or (roster.of(GATEWAY) if roster.swarm.gateway.source == "simulated" else ())
+
+
+def _virtual(roster: Roster, owner: Owner) -> bool:
+    return owner.drone == LEADER and roster.swarm.leader.kind == "virtual"
+
+
+def _pose_source(roster: Roster, owner: Owner) -> tuple[str, ...]:
+    return roster.of(LEADING if _virtual(roster, owner) else GATEWAY)
+
+
+def _pose_readers(roster: Roster, owner: Owner) -> tuple[str, ...]:
+    """Name the drone itself, and its out-neighbours if they need the pose: the leader's, or for avoidance."""
+    pilot = () if _virtual(roster, owner) else _pilot(roster, owner)
+    needed = owner.drone == LEADER or roster.swarm.avoidance.sensing == "neighbours"
+    return (*pilot, *(_neighbours(roster, owner) if needed else ()))
+
+
+def _other_hosts(roster: Roster) -> tuple[Owner, ...]:
+    """Name the processes that may run on another host than the gateway, as an operator's command may."""
+    (gateway,), operators = roster.of(GATEWAY), roster.of(*ORDERING, TELEOP)
+    if len(roster.swarm.hosts) == 1:
+        return ()
+    here = roster.host(gateway)
+    return tuple(
+        Owner(*member)
+        for one, member in roster.members.items()
+        if one in operators or (roster.rows[one].started and roster.host(one) != here)
+    )
+
+
+_FLYING = _drones(lambda swarm: swarm.flying)
+_FOLLOWERS = _drones(lambda swarm: swarm.followers)
+_BIDDERS = _drones(lambda swarm: swarm.followers if swarm.auctioned else ())
+_SIGNALLING = _drones(lambda swarm: swarm.followers if swarm.control.own_law else ())
+_POSED = _drones(lambda swarm: tuple(sorted({LEADER, *swarm.tracked})))
+_SENSED = _drones(lambda swarm: swarm.flying if swarm.avoidance.sensing == "nearby" else ())
+_SIMULATED = _drones(lambda swarm: (*swarm.walking, *swarm.simulated))
+_STARTED, _BATCHING = _processes(lambda row: row.started), _processes(lambda row: row.batches)
+
+TABLE = (
+    KeyRow("truth", Pose, _SIMULATED, _all(KINEMATICS), _cameras, 1000, 512),
+    KeyRow("nearby", Nearby, _SENSED, _all(GATEWAY), _pilot, 1000, 16384),
+    KeyRow("pose", Pose, _POSED, _pose_source, _any_of(_pose_readers, _turning_driver, _all(ROS)), 1000, 512),
+    KeyRow("estimate", Estimate, _FOLLOWERS, _pilot, _any_of(_neighbours, _all(ROS)), 1000, 512),
+    KeyRow("bids", Bids, _BIDDERS, _pilot, _neighbours, 1000, 16384, occasional=True),
+    KeyRow("signals", Signals, _SIGNALLING, _pilot, _all(), 1000, 8192, occasional=True),
+    KeyRow("command", Command, _FLYING, _pilot, _any_of(_driver, _all(ROS)), 1000, 512),
+    KeyRow("telemetry", Telemetry, _FLYING, _driver, _any_of(_pilot, _all(*ORDERING, ROS)), 40, 512),
+    KeyRow(
+        "status", Status, _STARTED, _itself,
+        _any_of(_led, _locating, _all(*ORDERING, ROS)), 40, 16384, Delivery.BACKGROUND,
+    ),
+    KeyRow(
+        # The gateway repeats the newest mission, stamp unchanged, for those who join late.
+        "mission", Mission, _everybody,
+        _any_of(_all(*ORDERING, GATEWAY), _ros_orders("start", "formation", "hold", "land")),
+        _any_of(_all(GATEWAY, LEADING, AGENT), _walker),
+        400, 8192, Delivery.EVENT, None, ANY_TIME, each=True,
+    ),
+    KeyRow(
+        # Clocks that are far apart must not block a stop.
+        "stop", Stop, _everybody, _any_of(_all(*ORDERING), _ros_orders("stop")),
+        _all(KINEMATICS, DRIVER, LEADING, AGENT), 400, 1024, Delivery.EVENT, maximum_age=120.0, ahead=120.0,
+    ),
+    KeyRow(BATCH, Batch, _BATCHING, _itself, _all(), 2 * SECOND // PERIOD, LARGEST, Delivery.BACKGROUND),
+    KeyRow(STEERING, Command, _steered, _any_of(_all(TELEOP), _ros_steers), _pilot, 200, 512),
+    KeyRow(  # between clocks with any offset
+        TIME_REQUEST, TimeRequest, _other_hosts, _itself, _all(GATEWAY), 40, 512, maximum_age=None, ahead=ANY_TIME
+    ),
+    KeyRow(
+        TIME_REPLY, TimeReply, _other_hosts, _all(GATEWAY), _itself, 40, 512, maximum_age=None, ahead=ANY_TIME
+    ),
+)  # fmt: skip
+
+ROWS = {row.kind: row for row in TABLE}
+MISSION = Key("mission")
+STOP = Key("stop")
+
+
+def key_text(swarm_name: str, key: Key) -> str:
+    """Return the key on the wire; with a leading `/` it is the ROS 2 topic."""
+    return f"{swarm_name}/{key.owner}/{key.kind}" if key.owner else f"{swarm_name}/{key.kind}"

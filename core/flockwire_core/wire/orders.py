@@ -1,0 +1,88 @@
+"""The codec of orders, in their own messages and in the status of pilots, and of bids for the places in them."""
+
+from __future__ import annotations
+
+from math import inf
+
+from flockwire_core.domain.bids import NOBODY, Bid, Bids
+from flockwire_core.domain.fields import from_fields
+from flockwire_core.domain.order import LONGEST_CHANGE, MISSION_VERBS, MOST_VERSIONS, Change, Mission, Version
+from flockwire_core.wire.cdr import MessageError, Reader, Writer
+
+NO_CHANGE = Change(0, 0.0, "", (), ())
+
+
+def write_mission(writer: Writer, mission: Mission) -> None:
+    """Append a mission's content, after its stamp and frame."""
+    writer.text(mission.verb)
+    writer.time(mission.start)
+    writer.text(mission.formation)
+    begin, duration, before, places_before, places = mission.change or NO_CHANGE
+    writer.time(begin)
+    writer.put("d", duration)
+    writer.text(before)
+    for ranks in (places_before, places, mission.without):
+        writer.numbers("H", ranks)
+    writer.put("I", mission.giver)
+    write_versions(writer, mission.knows)
+
+
+def read_any_mission(stamp: int, frame: str, reader: Reader) -> Mission:
+    """Read the output of `write_mission`, with any verb; raises MessageError."""
+    verb, start, formation = reader.text(), reader.time(), reader.text()
+    begin, (duration,), before = reader.time(), reader.take_all("d", 1), reader.text()
+    change = from_fields(Change, (begin, duration, before, reader.numbers("H"), reader.numbers("H")))
+    without, giver, knows = reader.numbers("H"), reader.take("I"), read_versions(reader)
+    if change == NO_CHANGE:
+        return from_fields(Mission, (stamp, frame, verb, start, formation, None, without, giver, knows))
+    ranks = list(range(len(change.places)))
+    if sorted(change.places) != ranks or sorted(change.places_before) != ranks:
+        raise MessageError("a change of formation in which two have one place")
+    if not 0.0 < change.duration <= LONGEST_CHANGE:
+        raise MessageError(f"a change of formation that takes {change.duration} s")
+    return Mission(stamp, frame, verb, start, formation, change, without, giver, knows)
+
+
+def read_mission(stamp: int, frame: str, reader: Reader) -> Mission:
+    """Read the output of `write_mission`; raises MessageError, also for an unknown verb."""
+    mission = read_any_mission(stamp, frame, reader)
+    if mission.verb not in MISSION_VERBS:
+        raise MessageError(f"there is no mission {mission.verb!r}")
+    return mission
+
+
+def write_versions(writer: Writer, versions: tuple[Version, ...]) -> None:
+    """Append the named orders, at most the last MOST_VERSIONS."""
+    named = versions[-MOST_VERSIONS:]
+    writer.put("I", len(named))
+    for stamp, giver in named:
+        writer.time(stamp)
+        writer.put("I", giver)
+
+
+def read_versions(reader: Reader) -> tuple[Version, ...]:
+    """Read the output of `write_versions`; raises MessageError."""
+    count = reader.length()
+    if count > MOST_VERSIONS:
+        raise MessageError(f"names {count} orders, the most is {MOST_VERSIONS}")
+    return tuple([from_fields(Version, (reader.time(), reader.take("I"))) for _ in range(count)])
+
+
+def write_bids(writer: Writer, message: Bids) -> None:
+    """Append bids, after their stamp and frame."""
+    writer.time(message.order.stamp)
+    writer.put("I", message.order.giver)
+    writer.put("I", len(message.bids))
+    for price, bidder in message.bids:
+        writer.put("d", price)
+        writer.put("i", bidder)
+
+
+def read_bids(stamp: int, frame: str, reader: Reader) -> Bids:
+    """Read the output of `write_bids`; raises MessageError, also for a price or a bidder that cannot be."""
+    order = Version(reader.time(), reader.take("I"))
+    bids = tuple([Bid(reader.take_all("d", 1)[0], reader.take("i")) for _ in range(reader.length())])
+    for price, bidder in bids:
+        if not 0.0 <= price < inf or bidder < NOBODY:
+            raise MessageError(f"a bid of {price} by {bidder}")
+    return Bids(stamp, frame, order, bids)

@@ -1,0 +1,218 @@
+"""The status of every process, published ten times a second."""
+
+from __future__ import annotations
+
+from operator import itemgetter
+from typing import Final, NamedTuple
+
+from flockwire_core.compiling import mypyc_attr
+from flockwire_core.domain.order import Mission, Version
+from flockwire_core.domain.record import Record
+from flockwire_core.domain.vector import Vector
+
+MOST_REJECTIONS: Final = 128  # named keys and reasons in a status: the most frequent ones, the rest in one sum
+MOST_LINKS: Final = 256  # named processes in a status
+MOST_REASONS: Final = 8  # reasons in a status
+LONGEST_TEXT: Final = 256  # characters of any of its texts (bytes of UTF-8 after `bounded`)
+SURELY_SHORT: Final = LONGEST_TEXT // 4  # characters: one takes four bytes of UTF-8 at most
+SERIAL = "serial"  # the code of the reason with the serial number of a driver's drone
+LAW_FAILED = "law failed"  # the code of the reason with a law's error and its place
+LEFT_OUT = "estimate left out"  # of the reason that names neighbours whose estimates contradict the others
+PLACE = "place"  # of the reason that names the place which a follower holds by the auction
+NO_PLACE_YET = "no place yet"  # of the reason of a follower that holds none, though such a formation is ordered
+APART = "body apart"  # of the reason of a drone whose tracked body does not move as commanded
+CORNERED = "cornered"  # of the reason, and of the count, of a drone without a way from a person (or another mover)
+HOLDS = "holds place "  # before the rank, in the text of PLACE
+MOST_DIGITS = 4  # of a rank
+OTHERS = "others"  # the sum of unnamed rejections
+
+
+Counts = tuple[tuple[str, int], ...]  # name and count
+
+
+def counted(*counts: tuple[str, int]) -> Counts:
+    """Return the counts that are not zero."""
+    return tuple([count for count in counts if count[1]])
+
+
+class Reason(NamedTuple):
+    """A reported fact: its code, its text, and a remedy if it is a problem."""
+
+    code: str
+    text: str
+    remedy: str = ""  # empty without a problem
+
+    @property
+    def line(self) -> str:
+        """The reason as text."""
+        return f"{self.text}: {self.remedy}" if self.remedy else self.text
+
+
+def place_reason(place: int | None) -> Reason:
+    """Return the reason that names the `place` (rank) which a follower holds, None: none yet."""
+    return Reason(NO_PLACE_YET, "holds no place yet") if place is None else Reason(PLACE, f"{HOLDS}{place}")
+
+
+@mypyc_attr(acyclic=True)
+class Report(Record):
+    """A core's report; -1 means that a figure does not apply.
+
+    Attributes:
+        phase: a Phase, or the process's own word.
+        detail: the awaited input, or the reason of the phase.
+        formation_error: m, |x_i - h_i - eta_i|: by its own estimate.
+        pose_age, nearby_age, telemetry_age: s.
+        estimate_age: s, of the oldest in-neighbour.
+        battery: share of full.
+        mission: the order that it obeys, as confirmation.
+        latency: s from a frame's capture to its publication, median.
+        counts: counts of bad input.
+        position: m, world frame, by its own pose.
+        concurrent: other orders that an upward order must name (pilot/orders.py).
+        order_age: s since it received its newest order.
+        reasons: other reports, by code.
+
+    """
+
+    __slots__ = (
+        "phase", "detail", "formation_error", "pose_age", "estimate_age", "nearby_age", "telemetry_age", "battery",
+        "mission", "latency", "counts", "position", "concurrent", "order_age", "reasons",
+    )  # fmt: skip
+
+    def __init__(
+        self,
+        phase: str,
+        detail: str = "",
+        formation_error: float = -1.0,
+        pose_age: float = -1.0,
+        estimate_age: float = -1.0,
+        nearby_age: float = -1.0,
+        telemetry_age: float = -1.0,
+        battery: float = -1.0,
+        mission: Mission | None = None,
+        latency: float = -1.0,
+        counts: Counts = (),
+        position: Vector | None = None,
+        concurrent: tuple[Version, ...] = (),
+        order_age: float = -1.0,
+        reasons: tuple[Reason, ...] = (),
+    ) -> None:
+        self.phase: Final = phase
+        self.detail: Final = detail
+        self.formation_error: Final = formation_error
+        self.pose_age: Final = pose_age
+        self.estimate_age: Final = estimate_age
+        self.nearby_age: Final = nearby_age
+        self.telemetry_age: Final = telemetry_age
+        self.battery: Final = battery
+        self.mission: Final = mission
+        self.latency: Final = latency
+        self.counts: Final = counts
+        self.position: Final = position
+        self.concurrent: Final = concurrent
+        self.order_age: Final = order_age
+        self.reasons: Final = reasons
+
+    @property
+    def line(self) -> str:
+        """The detail and all reasons in one line."""
+        if not self.reasons:
+            return self.detail
+        return "; ".join(filter(None, (self.detail, *(reason.line for reason in self.reasons))))
+
+    @property
+    def place(self) -> int | None:
+        """The rank of the place that it holds by the auction, None without one."""
+        texts = [reason.text for reason in self.reasons if reason.code == PLACE]
+        rank = texts[0].removeprefix(HOLDS) if texts else ""
+        return int(rank) if len(rank) <= MOST_DIGITS and rank.isascii() and rank.isdecimal() else None
+
+    @property
+    def newest(self) -> tuple[Version, ...]:
+        """The orders that an upward order must name."""
+        return self.concurrent if self.mission is None else (self.mission.version, *self.concurrent)
+
+
+@mypyc_attr(acyclic=True)
+class Status(Record):
+    """flockwire_msgs/Status: the state of a process.
+
+    Attributes:
+        delayed_1ms, delayed_5ms: late steps, after their due time, or the sending of a message.
+        refused: connections.
+        cpu: share of one core since the last status.
+        resident: bytes, peak.
+        rejected: messages dropped, by key.
+        links: the processes that it is linked to.
+        clock_offset: s, corrected lag of its host's clock behind the swarm's.
+        clock_bound: s, bound of the offset; -1 before it is known.
+
+    """
+
+    __slots__ = (
+        "stamp", "frame", "identity", "report", "steps", "delayed_1ms", "delayed_5ms", "skipped", "refused", "cpu",
+        "resident", "rejected", "links", "clock_offset", "clock_bound",
+    )  # fmt: skip
+
+    def __init__(
+        self,
+        stamp: int,
+        frame: str,
+        identity: str,
+        report: Report,
+        steps: int,
+        delayed_1ms: int,
+        delayed_5ms: int,
+        skipped: int,
+        refused: int,
+        cpu: float,
+        resident: int,
+        rejected: Counts,
+        links: tuple[str, ...],
+        clock_offset: float = 0.0,
+        clock_bound: float = 0.0,
+    ) -> None:
+        self.stamp: Final = stamp
+        self.frame: Final = frame
+        self.identity: Final = identity
+        self.report: Final = report
+        self.steps: Final = steps
+        self.delayed_1ms: Final = delayed_1ms
+        self.delayed_5ms: Final = delayed_5ms
+        self.skipped: Final = skipped
+        self.refused: Final = refused
+        self.cpu: Final = cpu
+        self.resident: Final = resident
+        self.rejected: Final = rejected
+        self.links: Final = links
+        self.clock_offset: Final = clock_offset
+        self.clock_bound: Final = clock_bound
+
+    def bounded(self) -> Status:
+        """Return it with names and texts limited to those that `read_status` accepts."""
+        report, rejected = self.report, self.rejected
+        lists = (rejected, self.links, report.counts, report.reasons)
+        if not any(lists) and len(report.detail) <= SURELY_SHORT:  # the usual case
+            return self
+        if len(rejected) > MOST_REJECTIONS:
+            by_count = sorted(rejected, key=itemgetter(1), reverse=True)
+            rest = sum([count for _, count in by_count[MOST_REJECTIONS - 1 :]])
+            rejected = (*by_count[: MOST_REJECTIONS - 1], (OTHERS, rest))
+        counts = _short_names(report.counts[:MOST_REJECTIONS])
+        reasons = tuple([Reason(*map(_shortened, reason)) for reason in report.reasons[:MOST_REASONS]])
+        report = report._replace(detail=_shortened(report.detail), counts=counts, reasons=reasons)
+        links = tuple([_shortened(name) for name in self.links[:MOST_LINKS]])
+        return self._replace(report=report, rejected=_short_names(rejected), links=links)
+
+
+def _short_names(counts: Counts) -> Counts:
+    return tuple([(_shortened(name), count) for name, count in counts])
+
+
+def _shortened(text: str) -> str:
+    if len(text) <= SURELY_SHORT:
+        return text
+    encoded = text.encode()
+    if len(encoded) <= LONGEST_TEXT:
+        return text
+    return encoded[: LONGEST_TEXT - 3].decode(errors="ignore") + "..."

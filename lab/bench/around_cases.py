@@ -1,0 +1,218 @@
+"""Flights in which something is in the way, drawn by family and number, for lab/bench/around.py."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from math import cos, dist, hypot, pi, sin, sqrt
+from random import Random
+from typing import Any
+
+Table = dict[str, Any]
+Point = tuple[float, float]
+
+KEPT = 0.33  # m from an obstacle's surface: the default safety distance and margin
+TELLO: Table = {  # lag and dead time assumed, not measured
+    "airframes": {"kinematics": {"lag": 0.25, "dead_time": 0.1}},
+    "gateway": {"noise": 0.001, "latency": 0.01},
+    "limits": {"speed": 1.0},
+}
+IDEAL: Table = {"limits": {"speed": 1.5}}
+AREA = 3.5  # m, half the side of the square that starts are drawn from
+SPACING = 0.7  # m between starts, and from an obstacle's surface
+LEADER_ROOM = 0.7  # m from the leader's path to an obstacle's surface: its own detours are lab/bench/leader_path.py's
+
+
+@dataclass(frozen=True)
+class Flight:
+    """A flight to judge: its swarm, s from take-off to landing, faults, and the figures that its family needs."""
+
+    table: Table
+    duration: float
+    faults: list[Table] = field(default_factory=list)
+    detour: float = 0.0  # m, the worst deviation of the shortest detour
+    forbidden: float = 0.0  # s that the place is forbidden
+    way: float = 0.0  # m, the longest way from a start to its place
+
+
+def merged(*tables: Table) -> Table:
+    """Return one table of all, the inner tables merged."""
+    result: Table = {}
+    for table in tables:
+        for key, value in table.items():
+            known = result.get(key)
+            result[key] = merged(known, value) if isinstance(known, dict) and isinstance(value, dict) else value
+    return result
+
+
+def issue(number: int, airframe: Table) -> Flight:
+    """Nine drones in a grid behind a leader at 0.2 m/s, obstacles of 0.25 and 0.4 m where places pass, 30 s."""
+    chance = Random(f"issue {number}")
+    obstacles = [((2.6, 1.0), 0.25), ((4.0, -1.0), 0.4)]
+    return _obstructed(chance, 8, {"kind": "grid"}, obstacles, _straight(0.2), merged(TELLO, airframe), 30.0)
+
+
+def obstacles(number: int, airframe: Table) -> Flight:
+    """5, 9 or 12 followers in a circle, a grid or a line, 2 to 4 obstacles, a leader straight on or in a circle."""
+    chance = Random(f"obstacles {number}")
+    followers = chance.choice((5, 9, 12))
+    formation = chance.choice(
+        (
+            {"kind": "circle", "radius": 0.25 * followers * 0.8, "rate": 0.05},
+            {"kind": "grid"},
+            {"kind": "line", "spacing": 0.8},
+        )
+    )
+    straight = chance.random() < 0.5
+    path = _straight(chance.uniform(0.1, 0.3)) if straight else _circle(1.5, chance.uniform(0.08, 0.2))
+    count, found = chance.randint(2, 4), list[tuple[Point, float]]()
+    while len(found) < count:
+        radius = chance.uniform(0.1, 0.5)
+        center = (chance.uniform(-2.0, 5.5), chance.uniform(-3.0, 3.0))
+        gap = min((dist(center, other) - r - radius for other, r in found), default=9.0)
+        if gap > 0.1 and path[1](center) > radius + LEADER_ROOM:
+            found.append((center, radius))
+    return _obstructed(chance, followers, formation, found, path, airframe, 45.0)
+
+
+def crossing(number: int, airframe: Table) -> Flight:
+    """One follower, whose place crosses an obstacle of 0.1 to 0.6 m at 0.1 to 0.5 m/s, head on to grazing."""
+    chance = Random(f"crossing {number}")
+    radius, speed = chance.uniform(0.1, 0.6), chance.uniform(0.1, 0.5)
+    kept = radius + KEPT
+    aside = chance.choice((0.0, chance.uniform(-0.95, 0.95) * kept))
+    half = sqrt(kept * kept - aside * aside)
+    ahead = kept + 1.0 + 4.0 * speed
+    table = {
+        "name": "crossing",
+        "formation": {"kind": "line", "spacing": 1e-3},
+        "leader": {
+            "kind": "virtual",
+            "trajectory": {"kind": "constant", "velocity": [speed, 0.0, 0.0]},
+            "start": [0.0, 0.0, 1.2],
+        },
+        "graph": {"edges": [[0, 1]]},
+        "drones": [{"id": 1, "start": [0.0, 0.0, 0.0]}],
+        "obstacles": [{"center": [ahead, aside, 0.0], "radius": radius}],
+        "limits": {"fence": {"min": [-9.0, -9.0, -0.5], "max": [15.0, 9.0, 3.0]}},
+    }
+    duration = 4.0 + (ahead + half) / speed + 8.0
+    return Flight(merged(table, airframe), duration, detour=kept - abs(aside), forbidden=2.0 * half / speed)
+
+
+def person(number: int, airframe: Table) -> Flight:
+    """Send a person through a circle of five or a grid of nine at 1 m/s; drones see 3 m far and fly 1.5 m/s at most."""
+    chance = Random(f"person {number}")
+    followers = chance.choice((5, 8))
+    formation: Table = {"kind": "grid"} if followers == 8 else {"kind": "circle", "radius": 1.2, "rate": 0.1}
+    at, heading, aside = 16.0 + chance.random(), chance.uniform(-pi, pi), chance.uniform(-1.2, 1.2)
+    c, s = cos(heading), sin(heading)
+    start = (-4.0 * c - aside * s, -4.0 * s + aside * c, 1.2)
+    fault = {"at": at, "kind": "visitor", "start": start, "velocity": (c, s, 0.0), "duration": 8.0}
+    flight = _obstructed(chance, followers, formation, [], _straight(0.0), airframe, 34.0, near=True)
+    fast = {"avoidance": {"sensing_radius": 3.0}, "limits": {"speed": 1.5}}  # fast enough to give way
+    return Flight(merged(flight.table, fast), flight.duration, [fault])
+
+
+def swap(number: int, airframe: Table) -> Flight:
+    """2 to 12 drones on a circle, each with its place on the opposite side; every second time exactly symmetric."""
+    chance = Random(f"swap {number}")
+    count = (2, 4, 8, 12, 3, 6, 5, 10, 7, 9, 11)[number % 11]
+    radius, jitter = max(1.5, count / 6.0), 0.0 if number % 2 else 0.05
+    angles = [2.0 * pi * i / count for i in range(count)]
+    starts = [
+        (radius * cos(a) + chance.uniform(-jitter, jitter), radius * sin(a) + chance.uniform(-jitter, jitter))
+        for a in angles
+    ]
+    places = [(-radius * cos(a), -radius * sin(a)) for a in angles]
+    return _exchange(starts, places, [], airframe)
+
+
+def corridor(number: int, airframe: Table) -> Flight:
+    """Two to four drones exchange their sides of a wall, whose only near gap is one drone wide."""
+    chance = Random(f"corridor {number}")
+    pairs, jitter = chance.choice((1, 1, 2)), 0.0 if number % 2 else 0.05
+    radius, half = 0.3, KEPT + chance.uniform(0.03, 0.12)
+    wall = [(0.0, side * (half + radius + k * 2.0 * radius)) for side in (-1.0, 1.0) for k in range(2)]
+    length = chance.choice((1, 3))
+    found = [((x + 2.0 * radius * k, y), radius) for k in range(length) for x, y in wall]
+    reach = 2.0 * radius * (length - 1)
+    left = [(-1.6 - 0.8 * k, 0.0) for k in range(pairs)]
+    right = [(reach + 1.6 + 0.8 * k, 0.0) for k in range(pairs)]
+    starts = [(x + chance.uniform(-jitter, jitter), y + chance.uniform(-jitter, jitter)) for x, y in left + right]
+    return _exchange(starts, right + left, found, airframe)
+
+
+FAMILIES: dict[str, Callable[[int, Table], Flight]] = {
+    family.__name__: family for family in (issue, obstacles, crossing, person, swap, corridor)
+}
+
+
+Path = tuple[Table, Callable[[Point], float]]
+"""The table of a leader's trajectory from the origin, and the distance of a point from it."""
+
+
+def _straight(speed: float) -> Path:
+    def away(point: Point) -> float:
+        return abs(point[1]) if point[0] > 0.0 else hypot(*point)
+
+    return {"kind": "constant", "velocity": [speed, 0.0, 0.0]}, away
+
+
+def _circle(radius: float, rate: float) -> Path:
+    """Return a circle that begins at the origin."""
+
+    def away(point: Point) -> float:
+        return min(dist(point, (radius * sin(0.1 * k), radius * (1.0 - cos(0.1 * k)))) for k in range(63))
+
+    return {"kind": "circle", "radius": radius, "rate": rate}, away
+
+
+def _obstructed(
+    chance: Random,
+    followers: int,
+    formation: Table,
+    found: list[tuple[Point, float]],
+    path: Path,
+    airframe: Table,
+    duration: float,
+    near: bool = False,
+) -> Flight:
+    """Return a flight from random starts, of a leader that starts at the origin."""
+    starts: list[Point] = [(0.0, 0.0)]
+    area = 2.5 if near else AREA
+    while len(starts) <= followers:
+        start = (chance.uniform(-area, area), chance.uniform(-area, area))
+        gaps = [dist(start, center) - radius for center, radius in found]
+        if min([*gaps, *(dist(start, other) for other in starts)]) >= SPACING:
+            starts.append(start)
+    table = {
+        "name": "around",
+        "formation": formation,
+        "leader": {"trajectory": path[0]},
+        "graph": {"edges": [[(i - 1) // 3, i] for i in range(1, followers + 1)]},
+        "drones": [{"id": i, "start": [*start, 0.0]} for i, start in enumerate(starts)],
+        "obstacles": [{"center": [*center, 0.0], "radius": radius} for center, radius in found],
+        "limits": {"fence": {"min": [-12.0, -12.0, -0.5], "max": [20.0, 12.0, 3.0]}},
+    }
+    return Flight(merged(table, airframe), duration)
+
+
+def _exchange(starts: list[Point], places: list[Point], found: list[tuple[Point, float]], airframe: Table) -> Flight:
+    """Return a flight of drones to fixed places, without a leader in the air."""
+    rows = [f"{t},{i + 1},{x},{y},0" for i, (x, y) in enumerate(places) for t in (0, 1000)]
+    table = {
+        "name": "exchange",
+        "formation": {"kind": "key_frames", "file": "-", "frames": "\n".join(("t,drone,x,y,z", *rows))},
+        "leader": {
+            "kind": "virtual",
+            "trajectory": {"kind": "constant", "velocity": [0.0, 0.0, 0.0]},
+            "start": [0.0, 0.0, 1.2],
+        },
+        "graph": {"edges": [[0, i + 1] for i in range(len(starts))]},
+        "drones": [{"id": i + 1, "start": [*start, 0.0]} for i, start in enumerate(starts)],
+        "obstacles": [{"center": [*center, 0.0], "radius": radius} for center, radius in found],
+        "limits": {"fence": {"min": [-9.0, -9.0, -0.5], "max": [12.0, 9.0, 3.0]}},
+    }
+    way = max(dist(start, place) for start, place in zip(starts, places, strict=True))
+    return Flight(merged(table, airframe), 45.0, way=way)

@@ -1,0 +1,87 @@
+"""Injects faults into processes, links and clocks; those of tracker and airframes are injected by their own cores."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from flockwire_core.domain.time import nanoseconds
+from flockwire_core.process.faults import ClockStep, Cut, Fault, Freeze, Kill, LinkChange, Partition, Restart
+from flockwire_core.wire.plan import Plan
+
+from flockwire_lab.network import Conditions, VirtualLink
+from flockwire_lab.process import VirtualProcess
+from flockwire_lab.virtual_time import Action, Scheduler
+
+RESTART_TIME = 0.5  # s that a process takes to restart
+
+
+def refusal(faults: tuple[Fault, ...], plan: Plan) -> str:
+    """Return a line about each fault that virtual time does not support, empty if there is none."""
+    return "\n".join(
+        f"faults.{place}.process = {fault.process!r}: does not exist in virtual time; cut or partition links instead"
+        for place, fault in enumerate(faults)
+        if isinstance(fault, Kill | Freeze | Restart | ClockStep) and fault.process in plan.routers
+    )
+
+
+class FaultInjector:
+    """The `faults` of one flight, counted from `begin`.
+
+    No partition affects the processes `untouched`; those in `restarted` are restarted when they die, as in a real
+    flight.
+    """
+
+    def __init__(
+        self,
+        faults: tuple[Fault, ...],
+        scheduler: Scheduler,
+        processes: Mapping[str, VirtualProcess],
+        links: Mapping[tuple[str, str], VirtualLink],
+        untouched: frozenset[str],
+        restarted: frozenset[str] = frozenset(),
+    ) -> None:
+        self.took_off: int | None = None  # Unix ns
+        self._faults, self._scheduler, self._processes, self._links = faults, scheduler, processes, links
+        self._untouched, self._restarted = untouched, restarted
+
+    def begin(self) -> None:
+        """Set time 0 to the current time."""
+        self.took_off = self._scheduler.now
+        for fault in self._faults:
+            self._after(fault.at, self._inject, fault)
+
+    def _inject(self, fault: Fault) -> None:
+        match fault:
+            case Kill() if fault.process not in self._restarted:
+                self._processes[fault.process].kill()
+            case Kill() | Restart():
+                process = self._processes[fault.process]
+                process.kill()
+                self._after(RESTART_TIME, process.start)
+            case Freeze():
+                process = self._processes[fault.process]
+                process.freeze()
+                self._after(fault.duration, process.thaw)
+            case ClockStep():
+                self._processes[fault.process].clock.step(nanoseconds(fault.step))
+            case Cut():
+                self._cut([self._links[fault.source, fault.target]], fault.duration)
+            case Partition():
+                inside = set(fault.processes)
+                self._cut([link for ends, link in self._links.items() if self._parts(ends, inside)], fault.duration)
+            case LinkChange():
+                link = self._links[fault.source, fault.target]
+                conditions = Conditions(fault.delay, fault.jitter, fault.loss, fault.reordering)
+                link.impose(conditions)
+                self._after(fault.duration, lambda _: link.lift(conditions))
+
+    def _cut(self, links: list[VirtualLink], duration: float) -> None:
+        for link in links:
+            link.cut()
+            self._after(duration, VirtualLink.mend, link)
+
+    def _after(self, seconds: float, action: Action, argument: object = None) -> None:
+        self._scheduler.at(self._scheduler.now + nanoseconds(seconds), action, argument)
+
+    def _parts(self, ends: tuple[str, str], inside: set[str]) -> bool:
+        return len(inside.intersection(ends)) == 1 and not self._untouched.intersection(ends)

@@ -1,0 +1,202 @@
+"""The network: each directed link between two processes has its own delay, jitter, loss and reordering; and UDP.
+
+The messages of one step to another process travel together and in order, as on a real TCP link. Loss drops single
+messages (an event is late instead, because a real link repeats it). Reordering delays single messages so that later
+ones overtake them. Each link has its own random generator, seeded with the run's seed and the link's ends, so links do
+not affect each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from random import Random
+
+from flockwire_core.compiling import mypyc_attr
+from flockwire_core.domain.frozen import Frozen
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.process.cores import Address, Datagram
+from flockwire_core.swarm.tables import Sim
+from flockwire_core.wire.cdr import MessageError
+from flockwire_core.wire.codec import CODECS, Message
+from flockwire_core.wire.inbox import Inbox, Input
+from flockwire_core.wire.keys import Delivery, KeyRow
+
+from flockwire_lab.rare import RareBranches
+from flockwire_lab.virtual_time import Scheduler
+
+
+@mypyc_attr(acyclic=True)
+class Sample:
+    """One encoded message on the wire: the `sequence`-th of `publisher`, sent at `sent` (Unix ns).
+
+    These three are the attachment of a real sample; nothing forges it here, so it is not encoded.
+    """
+
+    __slots__ = ("_message", "_sealed", "payload", "publisher", "row", "sent", "sequence")
+
+    def __init__(self, row: KeyRow, payload: bytes, sequence: int, sent: int, publisher: bytes) -> None:
+        self.row, self.payload, self._sealed = row, payload, True
+        self.sequence, self.sent, self.publisher = sequence, sent, publisher
+        self._message: Message | None = None
+
+    def message(self) -> Message | None:
+        """Return the message, decoded at the first call; None if it is malformed."""
+        if self._sealed:
+            self._sealed = False
+            try:
+                self._message = CODECS[self.row.message].decode(self.payload)
+            except MessageError:
+                return None
+        return self._message
+
+
+Parcel = tuple[int, Sample]  # a sample, and the index of its subscription
+
+
+class Slot(Input):
+    """The newest sample of a key, buffered at a process until it is read."""
+
+    __slots__ = ("prompt", "sample", "timing")
+
+    def __init__(self, inbox: Inbox, timing: bool, prompt: bool) -> None:
+        super().__init__(inbox)
+        self.timing, self.prompt = timing, prompt  # whether it is for the timekeeping, and read at once
+        self.sample: Sample | None = None
+
+    def message(self, now: int) -> Message | None:
+        """Return the message since the last call, None if there is none or it was rejected."""
+        sample = self.sample
+        if sample is None:
+            return None
+        self.sample = None
+        return self.inbox.admit(sample.message(), sample.sequence, sample.sent, sample.publisher, now)
+
+
+HELD_BACK = 0.05  # s, largest delay by reordering
+AGAIN = 0.2  # s after which a lost event is sent again
+TRIES = 20
+
+
+@dataclass(frozen=True, slots=True)
+class Conditions(Frozen):
+    """The conditions of a link: times in s, shares from 0 to 1."""
+
+    delay: float = 0.0
+    jitter: float = 0.0
+    loss: float = 0.0
+    reordering: float = 0.0
+
+    @classmethod
+    def usual(cls, table: Sim) -> Conditions:
+        """Return the swarm file's conditions for all links."""
+        return cls(table.delay, table.jitter, table.loss, table.reordering)
+
+
+class VirtualLink:
+    """The link from one process to another; calls `deliver` with arriving messages, sometimes `rare`."""
+
+    def __init__(
+        self,
+        ends: tuple[str, str],
+        usual: Conditions,
+        seed: int,
+        scheduler: Scheduler,
+        deliver: Callable[[list[Parcel]], None],
+        rare: RareBranches | None = None,
+    ) -> None:
+        self.load: list[Parcel] = []  # the next load to depart
+        self._scheduler, self._deliver, self._rare = scheduler, deliver, rare
+        self._random = Random(f"{seed} {ends[0]} > {ends[1]}")  # noqa: S311  (not for secrets)
+        self._conditions = [usual]  # the last one counts
+        self._cuts = 0
+        self._last_arrival = 0
+        self._update()
+
+    def depart(self) -> None:
+        """Send the load."""
+        load, self.load = self.load, []
+        if self._steady:
+            self._scheduler.at(self._scheduler.now + self._delay, self._deliver, load)
+        elif not self._cuts:
+            self._depart(load)
+
+    def cut(self) -> None:
+        """Block all messages until `mend` has been called as often."""
+        self._cuts += 1
+        self._update()
+
+    def mend(self) -> None:
+        """Undo one `cut`."""
+        self._cuts -= 1
+        self._update()
+
+    def impose(self, conditions: Conditions) -> None:
+        """Apply other `conditions` until they are lifted."""
+        self._conditions.append(conditions)
+        self._update()
+
+    def lift(self, conditions: Conditions) -> None:
+        """Undo one `impose`."""
+        self._conditions.remove(conditions)
+        self._update()
+
+    def _update(self) -> None:
+        now = self._conditions[-1]
+        self._delay = round(now.delay * SECOND)
+        # A link keeps its order under changing conditions, so it must know the arrival of its last load.
+        self._steady = len(self._conditions) == 1 and not (self._cuts or now.jitter or now.loss or now.reordering)
+        self._steady = self._steady and self._rare is None and self._last_arrival <= self._scheduler.now + self._delay
+
+    def _depart(self, load: list[Parcel]) -> None:
+        now, chance, conditions = self._scheduler.now, self._random.random, self._conditions[-1]
+        travel = self._delay + (round(chance() * conditions.jitter * SECOND) if conditions.jitter else 0)
+        if self._rare is not None:
+            if any(sample.row.delivery is Delivery.EVENT for _, sample in load) and (closed := self._rare.closed()):
+                self.cut()
+                self._scheduler.at(now + closed, VirtualLink.mend, self)
+                return
+            travel += self._rare.late_message()
+        arrival = self._last_arrival = max(now + travel, self._last_arrival)
+        together = []
+        for parcel in load:
+            if conditions.loss and chance() < conditions.loss:
+                if parcel[1].row.delivery is Delivery.EVENT:
+                    self._scheduler.at(arrival + self._until_it_gets_through(conditions.loss), self._deliver, [parcel])
+            elif conditions.reordering and chance() < conditions.reordering:
+                self._scheduler.at(arrival + round(chance() * HELD_BACK * SECOND), self._deliver, [parcel])
+            else:
+                together.append(parcel)
+        if together:
+            self._scheduler.at(arrival, self._deliver, together)
+
+    def _until_it_gets_through(self, loss: float) -> int:
+        tries = 1
+        while tries < TRIES and self._random.random() < loss:
+            tries += 1
+        return round(tries * AGAIN * SECOND)
+
+
+Receive = Callable[[Datagram], None]
+
+
+class DatagramNetwork:
+    """Carries datagrams under the conditions of the swarm file's [sim]; one to an unbound address is lost."""
+
+    def __init__(self, table: Sim, seed: int, scheduler: Scheduler) -> None:
+        self._table, self._scheduler = table, scheduler
+        self._random = Random(f"{seed} datagrams")  # noqa: S311  (not for secrets)
+        self._bound: dict[Address, Receive] = {}
+
+    def bind(self, address: Address, receive: Receive) -> None:
+        """Call `receive` with datagrams to `address`."""
+        self._bound[address] = receive
+
+    def send(self, datagram: Datagram) -> None:
+        """Send; the order may change if the delay varies."""
+        table, chance = self._table, self._random.random
+        receive = self._bound.get(datagram.target)
+        if receive is None or (table.loss and chance() < table.loss):
+            return
+        delay = table.delay + (table.jitter * chance() if table.jitter else 0.0)
+        self._scheduler.at(self._scheduler.now + nanoseconds(delay), receive, datagram)

@@ -1,0 +1,164 @@
+"""Attackers on the wire: sessions with any certificate, as peer, client or router, that dial every endpoint.
+
+They have no access control and try every key by every verb of Zenoh.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import time
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from itertools import count
+from typing import Any
+
+import zenoh
+from flockwire_core import clock
+from flockwire_core.domain.time import nanoseconds
+from flockwire_core.security.files import Credentials
+from flockwire_core.wire.inbox import CANARY, attachment
+from flockwire_core.wire.keys import Key
+from flockwire_core.wire.plan import Plan
+
+MODES = ("peer", "client", "router")
+LINK_TIME = 0.8  # s for the swarm to accept an attacker
+POLL = 0.02  # s
+TRIES = 4  # canaries on each key
+QUERY_TIMEOUT = 0.2  # s
+_PUBLISHER = b"flockwire probe\0"
+
+
+@dataclass(frozen=True, slots=True)
+class Attacker:
+    """Its certificate (`identity` names it in the results; None without one) and its mode."""
+
+    identity: str
+    credentials: Credentials | None
+    mode: str
+
+
+class Attack:
+    """One attacker's sessions: one that dials all endpoints, as client one for each. Use it as a context manager.
+
+    It waits for the swarm for `patience` times LINK_TIME.
+    """
+
+    def __init__(self, plan: Plan, attacker: Attacker, authority: str, patience: int = 1) -> None:
+        self.received: set[str] = set()
+        self.answered: set[str] = set()
+        self._plan, self._attacker = plan, attacker
+        self._keys = {plan.text(key): key for key in plan.keys}
+        self._held: list[object] = []
+        self._numbers = count()
+        wanted = open_to(plan, attacker.identity).values()
+        everywhere = [*plan.endpoints.values(), *plan.reserved.values()]
+        # A client waits long for each refusal. The right to link does not depend on the mode: the peer tries all.
+        groups = [[endpoint] for endpoint in wanted] if attacker.mode == "client" else [everywhere]
+        self._links_wanted, self._link_time = len(wanted), patience * LINK_TIME
+        self._sessions: list[zenoh.Session] = []
+        for group in groups:
+            with contextlib.suppress(zenoh.ZError):  # refused at once
+                targets = [plan.locator(endpoint) for endpoint in group]
+                self._sessions.append(zenoh.open(attacker_configuration(attacker, targets, authority, self._link_time)))
+
+    def __enter__(self) -> Attack:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for session in self._sessions:
+            with contextlib.suppress(zenoh.ZError):  # a slow close proves nothing
+                session.close()  # type: ignore[no-untyped-call]
+
+    def link(self) -> int:
+        """Wait until all expected endpoints have accepted a link, or for the time limit; returns their number."""
+        deadline = clock.monotonic() + nanoseconds(self._link_time)
+        while (linked := self._linked()) < self._links_wanted and clock.monotonic() < deadline:
+            time.sleep(POLL)
+        return linked
+
+    def subscribe(self) -> None:
+        """Subscribe to every key, exactly and by wildcards, by every verb; fills `received` and `answered`."""
+        name = self._plan.swarm.name
+        patterns = (*self._keys, "**", f"{name}/**", f"{name}/*/estimate", f"{name}/*/pose", "*/*/*")
+        for session in self._sessions:
+            liveliness = session.liveliness()
+            for pattern in patterns:
+                self._hold(
+                    session.declare_subscriber(pattern, _direct(self._receive), allowed_origin=zenoh.Locality.REMOTE)
+                )
+                session.get(pattern, _direct(self._answer), timeout=QUERY_TIMEOUT)
+            for pattern in ("**", f"{name}/**"):
+                self._hold(liveliness.declare_subscriber(pattern, _direct(self._receive)))
+                liveliness.get(pattern, _direct(self._answer), timeout=QUERY_TIMEOUT)
+
+    def forge(self) -> None:
+        """Publish a canary on every key, delete every key, and declare a queryable for all of them."""
+        for session in self._sessions:
+            self._hold(session.declare_queryable(f"{self._plan.swarm.name}/**", _direct(lambda _: None)))
+            self._hold(session.liveliness().declare_token(f"{self._plan.swarm.name}/alive"))
+        for _ in range(TRIES):
+            for session in self._sessions:
+                for text in self._keys:
+                    session.put(
+                        text,
+                        CANARY + self._attacker.identity.encode(),
+                        attachment=attachment(next(self._numbers), clock.now(), _PUBLISHER, self._keys[text]),
+                    )
+                    session.delete(text)
+            time.sleep(POLL)
+
+    def keys_received(self) -> set[Key]:
+        """Return the swarm's keys on which data of others arrived, by sample or by answer."""
+        return {self._keys[text] for text in self.received | self.answered if text in self._keys}
+
+    def _hold(self, declared: object) -> None:
+        self._held.append(declared)
+
+    def _linked(self) -> int:
+        return sum(len(session.info.links()) for session in self._sessions)
+
+    def _receive(self, sample: zenoh.Sample) -> None:
+        """Record a sample, unless it is this attacker's own."""
+        if not sample.payload.to_bytes().startswith(CANARY + self._attacker.identity.encode()):
+            self.received.add(str(sample.key_expr))
+
+    def _answer(self, reply: zenoh.Reply) -> None:
+        if reply.ok is not None:
+            self.answered.add(str(reply.ok.key_expr))
+
+
+def _direct(callback: Callable[..., None]) -> zenoh.handlers.Callback[Any]:
+    return zenoh.handlers.Callback(callback, indirect=False)
+
+
+def open_to(plan: Plan, identity: str) -> Mapping[str, str]:
+    """Return the endpoints that accept links with the certificate of `identity`, by their process."""
+    return plan.reserved if plan.reserved and identity in plan.operators else plan.endpoints
+
+
+def attacker_configuration(
+    attacker: Attacker, targets: Iterable[str], authority: str, link_time: float = LINK_TIME
+) -> zenoh.Config:
+    """Return the Zenoh configuration of an attacker that dials `targets`; `authority` is the certificate it trusts.
+
+    A client gives up after `link_time` s.
+    """
+    tls: dict[str, object] = {"root_ca_certificate": authority, "verify_name_on_connect": False}
+    if attacker.credentials is not None:
+        certificate, key = str(attacker.credentials.certificate), str(attacker.credentials.key)
+        tls |= {"enable_mtls": True, "connect_certificate": certificate, "connect_private_key": key}
+    config = {
+        "mode": attacker.mode,
+        "listen": {"endpoints": []},
+        "connect": {
+            "endpoints": list(targets),
+            "timeout_ms": round(link_time * 1000) if attacker.mode == "client" else -1,
+            "exit_on_failure": attacker.mode == "client",
+            "retry": {"period_init_ms": 100, "period_max_ms": 300, "period_increase_factor": 1.5},
+        },
+        "open": {"return_conditions": {"connect_scouted": False, "declares": False}},
+        "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
+        "transport": {"link": {"tls": tls}},
+    }
+    return zenoh.Config.from_json5(json.dumps(config))

@@ -1,0 +1,304 @@
+"""A process in virtual time: one core with its clock, ticker and inboxes, run like the real shell."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable
+from hashlib import blake2b
+from typing import Final
+
+from flockwire_core.compiling import mypyc_attr
+from flockwire_core.domain.record import Record
+from flockwire_core.domain.time import SECOND
+from flockwire_core.process.cores import Core, Datagram, Networked
+from flockwire_core.process.stepping import StatusPublisher, Stepper, at_once, tick_period
+from flockwire_core.process.timekeeping import Timekeeping, is_known
+from flockwire_core.swarm.model import Swarm
+from flockwire_core.wire.codec import CODECS, Message
+from flockwire_core.wire.inbox import inbox_of, publisher_of
+from flockwire_core.wire.keys import ROWS, Key, KeyRow, key_text
+
+from flockwire_lab.network import DatagramNetwork, Parcel, Sample, Slot, VirtualLink
+from flockwire_lab.rare import RareBranches
+from flockwire_lab.virtual_time import LocalClock, Scheduler
+
+UNREAD = 256  # datagrams in the socket of a frozen process
+POLL = SECOND // 50  # ns between two checks for swarm time
+
+
+@mypyc_attr(acyclic=True)
+class Published(Record):
+    """One published message: `at` is the true time, `sent` the publisher's time (Unix ns)."""
+
+    __slots__ = ("at", "sent", "key", "topic", "publisher", "sequence", "sample")
+
+    def __init__(
+        self, at: int, sent: int, key: Key, topic: str, publisher: bytes, sequence: int, sample: Sample
+    ) -> None:
+        self.at: Final = at
+        self.sent: Final = sent
+        self.key: Final = key
+        self.topic: Final = topic
+        self.publisher: Final = publisher
+        self.sequence: Final = sequence
+        self.sample: Final = sample
+
+    @property
+    def message(self) -> Message | None:
+        """The message, None if it is malformed."""
+        return self.sample.message()
+
+
+Tap = Callable[[Published], None]
+MakeTimekeeping = Callable[[Callable[[int], None]], Timekeeping]  # takes the object that corrects the own clock
+MakeCore = Callable[[int, int], Core]  # takes the own clock's time (Unix ns) and the number of earlier starts
+
+
+class Outlet:
+    """One published key, with the links and indices of all its subscribers."""
+
+    def __init__(self, swarm: Swarm, key: Key) -> None:
+        self.row: KeyRow = ROWS[key.kind]
+        self.encode = CODECS[self.row.message].encode
+        self.topic = f"/{key_text(swarm.name, key)}"
+        self.sequence, self.publisher = 0, b""
+        self.readers: list[tuple[VirtualLink, int]] = []
+
+
+class NoResources:
+    """The resources of a process in virtual time: constants, so that flights are repeatable."""
+
+    def cpu_share(self, now: int) -> float:
+        """Return 0."""
+        return 0.0
+
+    def resident(self) -> int:
+        """Return 0."""
+        return 0
+
+    def refused(self) -> int:
+        """Return 0."""
+        return 0
+
+    def links(self) -> tuple[str, ...]:
+        """Return no links."""
+        return ()
+
+
+class VirtualProcess:
+    """The process of `identity`; it subscribes to the keys `subscribed`, in their order, and publishes `outlets`.
+
+    Its timer is sometimes late, by `rare`.
+    """
+
+    def __init__(
+        self,
+        swarm: Swarm,
+        identity: str,
+        make_core: MakeCore,
+        make_timekeeping: MakeTimekeeping,
+        subscribed: tuple[Key, ...],
+        clock: LocalClock,
+        scheduler: Scheduler,
+        seed: int,
+        tap: Tap | None,
+        reports: bool,
+        network: DatagramNetwork,
+        patience: float,
+        rare: RareBranches | None = None,
+    ) -> None:
+        self.identity, self.subscribed, self.clock = identity, subscribed, clock
+        self.outlets: dict[Key, Outlet] = {}
+        self.alive = False
+        self._swarm, self._make_core, self._scheduler, self._seed, self._tap = swarm, make_core, scheduler, seed, tap
+        self._make_timekeeping, self._rare = make_timekeeping, rare
+        self._starts, self._reports, self._network, self._patience = 0, reports, network, patience
+        self._networked: Networked | None = None
+        self._stepper: Stepper | None = None  # None until swarm time is known
+        self._unread: deque[Datagram] = deque(maxlen=UNREAD)
+        self._frozen = False
+        self._told = self._retired = False
+        self._slots: list[Slot] = []
+        self._waiting: dict[int, Slot] = {}
+        self._each: deque[tuple[Slot, Sample]] = deque(maxlen=UNREAD)  # keys of which every message is read
+        self._loaded: list[VirtualLink] = []
+        self._now = 0
+
+    def start(self, _: object = None) -> None:
+        """Start, or restart after a `kill`, without state."""
+        if self.alive:
+            return
+        self.clock.correct(0)
+        now = self._now = self.clock.read(self._scheduler.now)
+        self._starts += 1
+        self.alive, self._frozen, self._missed = True, False, 0
+        self._told = self._retired = False
+        self._stepper, self._networked = None, None
+        session = blake2b(f"{self._seed} {self.identity} {self._starts}".encode(), digest_size=16).digest()
+        for key, outlet in self.outlets.items():
+            outlet.sequence, outlet.publisher = 0, publisher_of(session, key)
+        self._timekeeping = self._make_timekeeping(self.clock.correct)
+        timing = self._timekeeping.keys
+        self._slots = [Slot(inbox_of(key), key in timing, key in timing) for key in self.subscribed]
+        self._waiting = {}
+        if is_known(self._timekeeping, now):
+            self._begin()
+        else:
+            self._scheduler.at(self._scheduler.now, self._wait, self._starts)
+
+    def _wait(self, starts: int, waited: int = 0) -> None:
+        """Request swarm time until it is known, for `patience` s at most."""
+        if not self.alive or starts != self._starts:
+            return
+        if self._told:
+            self.kill()
+            return
+        now = self._now = self.clock.read(self._scheduler.now)
+        if is_known(self._timekeeping, now) or waited >= self._patience * SECOND:
+            self._begin()
+            return
+        if not self._frozen:
+            self._publish(self._timekeeping.step(now))
+            self._depart()
+        self._scheduler.at(self._scheduler.now + POLL, lambda _: self._wait(starts, waited + POLL))
+
+    def _begin(self) -> None:
+        """Run the core from now on."""
+        timekeeping = self._timekeeping
+        core = self._core = self._make_core(self._now, self._starts - 1)
+        self._bind(core)
+        prompt = at_once(core) | timekeeping.keys
+        self._slots = [Slot(slot.inbox, slot.timing, slot.inbox.key in prompt) for slot in self._slots]
+        status = StatusPublisher(
+            self._swarm.frame, self.identity, self._publish, NoResources(), timekeeping, lambda _: None
+        )
+        buffered = [slot for slot in self._slots if not slot.prompt]
+        self._stepper = Stepper(
+            core, self._swarm.name, buffered, self._slots, self._publish, timekeeping,
+            status if self._reports else None, None if self._networked is None else self._flush,
+        )  # fmt: skip
+        self._period = self.clock.true_length(round(tick_period(core) * SECOND))
+        self._scheduler.at(self._scheduler.now + self._period, self._tick, self._starts)
+
+    def kill(self, _: object = None) -> None:
+        """End at once."""
+        self.alive = False
+        self._waiting = {}
+        self._each.clear()
+        self._unread.clear()
+
+    def retire(self, _: object = None) -> None:
+        """Ask it to end (SIGTERM): it ends at a tick at which its core may, not while it is frozen."""
+        self._told = True
+
+    def freeze(self, _: object = None) -> None:
+        """Freeze: the newest messages are buffered."""
+        self._frozen = True
+
+    def thaw(self, _: object = None) -> None:
+        """Continue with the buffered messages."""
+        self._frozen = False
+        waiting, self._waiting = self._waiting, {}
+        for slot in waiting.values():
+            self._arrived(slot)
+        while self._each:
+            slot, sample = self._each.popleft()
+            slot.sample = sample
+            self._arrived(slot)
+        unread, self._unread = self._unread, deque(maxlen=UNREAD)
+        for datagram in unread:
+            self._take_datagram(datagram)
+
+    def deliver(self, load: list[Parcel]) -> None:
+        """Receive messages that arrived together."""
+        if not self.alive:
+            return
+        for place, sample in load:
+            slot = self._slots[place]
+            slot.sample = sample
+            if slot.prompt:
+                if self._frozen and slot.inbox.each:
+                    self._each.append((slot, sample))
+                elif self._frozen:
+                    self._waiting[place] = slot
+                else:
+                    self._arrived(slot)
+
+    def _bind(self, core: Core) -> None:
+        self._networked = core if isinstance(core, Networked) and core.sockets else None
+        if self._networked is not None:
+            for address in self._networked.sockets:
+                self._network.bind(address, self._take_datagram)
+
+    def _take_datagram(self, datagram: Datagram) -> None:
+        """Receive a datagram; a frozen process reads it from its socket later."""
+        if not self.alive or self._networked is None:
+            return
+        if self._frozen:
+            self._unread.append(datagram)
+            return
+        now = self._now = self.clock.read(self._scheduler.now)
+        self._networked.datagram(datagram.data, datagram.source, datagram.target, now)
+        self._flush(now)
+
+    def _flush(self, now: int) -> None:
+        assert self._networked is not None  # noqa: S101  (only one that is networked is given this)
+        for datagram in self._networked.outgoing(now):
+            self._network.send(datagram)
+
+    def _arrived(self, slot: Slot) -> None:
+        now = self._now = self.clock.read(self._scheduler.now)
+        if slot.timing:
+            message = slot.message(now)
+            if message is not None:
+                self._publish(self._timekeeping.receive(slot.inbox.key, message, now))
+        elif self._stepper is not None:
+            self._stepper.arrived(slot, now)
+        if self._loaded:
+            self._depart()
+
+    def _tick(self, starts: int) -> None:
+        if not self.alive or starts != self._starts:
+            return
+        late = self._rare.late_timer() if self._rare is not None else 0
+        self._scheduler.at(self._scheduler.now + self._period + late, self._tick, starts)
+        if self._frozen:
+            self._missed += 1
+            return
+        missed, self._missed = self._missed, 0
+        now = self._now = self.clock.read(self._scheduler.now)
+        if self._told and self._ends(now):
+            self.kill()
+            return
+        assert self._stepper is not None  # noqa: S101  (it ticks since `_begin`)
+        self._stepper.tick(0, missed, now)
+        self._missed += late // self._period
+        if self._loaded:
+            self._depart()
+
+    def _ends(self, now: int) -> bool:
+        if not self._retired:
+            self._retired = True
+            self._core.retire(now)
+        return self._core.may_end(now)
+
+    def _publish(self, messages: Iterable[tuple[Key, Message]]) -> None:
+        now, loaded, tap = self._now, self._loaded, self._tap
+        for key, message in messages:
+            outlet = self.outlets[key]
+            sequence, publisher = outlet.sequence, outlet.publisher
+            outlet.sequence = sequence + 1
+            sample = Sample(outlet.row, outlet.encode(message), sequence, now, publisher)
+            for link, place in outlet.readers:
+                load = link.load
+                if not load:
+                    loaded.append(link)
+                load.append((place, sample))
+            if tap is not None:
+                true = self._scheduler.now
+                tap(Published(true, now, key, outlet.topic, publisher, sequence, sample))
+
+    def _depart(self) -> None:
+        loaded, self._loaded = self._loaded, []
+        for link in loaded:
+            link.depart()

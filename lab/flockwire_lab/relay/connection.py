@@ -1,0 +1,110 @@
+"""One connection through a relay: two sockets, and the bytes from each to the other."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+
+from flockwire_lab.relay.direction import END, Direction, Stream
+
+LARGEST = 65_536  # bytes of one read
+
+
+class Pipe:
+    """The bytes of one connection in one direction, from a reader to a writer."""
+
+    def __init__(self, direction: Direction) -> None:
+        self._stream = Stream(direction)
+        self._changed, self._room = asyncio.Event(), asyncio.Event()
+
+    @property
+    def held(self) -> int:
+        """The number of held bytes."""
+        return self._stream.size
+
+    def check(self) -> None:
+        """Check the held bytes again: the link changed."""
+        self._changed.set()
+
+    async def fill(self, reader: asyncio.StreamReader) -> None:
+        """Receive bytes up to their end, while there is room; any failure is an end."""
+        data = None
+        while data != END:
+            try:
+                data = await reader.read(LARGEST)
+            except OSError:
+                data = END
+            self._stream.take(data, asyncio.get_running_loop().time())
+            self._changed.set()
+            while self._stream.full:
+                self._room.clear()
+                await self._room.wait()
+
+    async def empty(self, writer: asyncio.StreamWriter) -> None:
+        """Write the bytes as they become due, then their end; end earlier if nobody takes them."""
+        with contextlib.suppress(OSError):
+            while await self._write_due(writer):
+                with contextlib.suppress(TimeoutError):
+                    async with asyncio.timeout_at(self._stream.next_arrival()):
+                        await self._changed.wait()
+
+    async def _write_due(self, writer: asyncio.StreamWriter) -> bool:
+        """Write what is due; returns whether more may follow."""
+        self._changed.clear()
+        for data in self._stream.due(asyncio.get_running_loop().time()):
+            if data == END:
+                writer.write_eof()
+                return False
+            if writer.is_closing():
+                return False
+            writer.write(data)
+        self._room.set()
+        await writer.drain()
+        return True
+
+
+class Connection:
+    """A dialler's connection, and the one to the listener; made in the task that runs it."""
+
+    def __init__(self, there: Direction, back: Direction) -> None:
+        self.pipes = (Pipe(there), Pipe(back))
+        self._task = asyncio.current_task()
+        self._writers: list[asyncio.StreamWriter] = []  # to the dialler, then to the listener
+
+    def abort(self) -> None:
+        """End it at once; bytes that are not sent yet are lost."""
+        for writer in self._writers:
+            writer.transport.abort()
+        if self._task is not None:
+            self._task.cancel()
+
+    async def run(
+        self,
+        reader: asyncio.StreamReader,
+        writer: asyncio.StreamWriter,
+        address: tuple[str, int],
+        passable: asyncio.Event,
+    ) -> None:
+        """Pass on the dialler's bytes, and those of the listener at `address` once the link is `passable`.
+
+        It ends when each direction has ended or has nobody who takes its bytes, when nobody listens, or when the
+        dialler gives up before it is answered.
+        """
+        there, back = self.pipes
+        self._writers.append(writer)
+        try:
+            async with asyncio.TaskGroup() as group:
+                filling = [group.create_task(there.fill(reader))]
+                filling[0].add_done_callback(lambda _: self.abort() if len(self._writers) < 2 else None)
+                await passable.wait()
+                far_reader, far_writer = await asyncio.open_connection(*address)
+                self._writers.append(far_writer)
+                filling.append(group.create_task(back.fill(far_reader)))
+                await asyncio.wait([group.create_task(there.empty(far_writer)), group.create_task(back.empty(writer))])
+                for one in filling:
+                    one.cancel()
+        except* OSError:  # the dialler tries again
+            pass
+        finally:
+            for each in self._writers:
+                each.close()

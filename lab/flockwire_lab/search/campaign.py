@@ -1,0 +1,82 @@
+"""A whole search: chooses flights, has them flown, keeps each in a ledger, and continues one that was stopped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+from flockwire_lab.search.choosing import Candidate, Chooser, Draws, KnownFirst
+from flockwire_lab.search.flight import Judged, Order
+from flockwire_lab.search.space import SearchPlan, Space
+from flockwire_lab.study.file import StudyError
+from flockwire_lab.study.ledger import Ledger
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One flight of a search: its number, what was asked, and what it showed."""
+
+    number: int
+    asked: Candidate
+    judged: Judged
+
+
+Fly = Callable[[Iterable[Order]], Iterator[tuple[int, Judged]]]
+
+
+def conduct(
+    plan: SearchPlan,
+    space: Space,
+    ledger: Ledger[Entry],
+    flown: Fly,
+    step: Callable[[Entry], bool],
+    corpus: Sequence[Candidate] = (),
+) -> None:
+    """Fly what the ledger lacks; `step` gets each flight, those of the ledger too, and returns whether to end.
+
+    A search flies the `corpus` first.
+
+    Raises StudyError if the ledger's flights are not those that the plan asks for.
+    """
+    known = {entry.number: entry for entry in ledger.results}
+    number = 0
+    seeker = _chooser(plan, space, corpus)
+    while number < plan.runs:
+        asked = dict(enumerate(seeker.ask()[: plan.runs - number], start=number))
+        found: dict[int, Judged] = {}
+        orders: list[Order] = []
+        for place, candidate in asked.items():
+            if place in known:
+                if known[place].asked != candidate:
+                    raise StudyError(f"flight {place} of the folder is not the one that this search asks for")
+                found[place] = known[place].judged
+                if step(known[place]):
+                    return
+                continue
+            try:
+                orders.append((place, space.case(candidate.point, candidate.seed)))
+            except StudyError as error:
+                entry = Entry(place, candidate, Judged({}, refused=str(error).replace("\n", "; ")))
+                found[place] = entry.judged
+                ledger.add(entry)
+                step(entry)
+        for place, judged in flown(orders) if orders else ():
+            entry = Entry(place, asked[place], judged)
+            found[place] = judged
+            ledger.add(entry)
+            if step(entry):
+                return
+        seeker.tell(list(asked.values()), [found[place] for place in asked])
+        number += len(asked)
+
+
+def _chooser(plan: SearchPlan, space: Space, corpus: Sequence[Candidate]) -> Chooser:
+    if plan.method == "draws":
+        return Draws(space.size, plan.seed)
+
+    def search() -> Chooser:
+        from flockwire_lab.search.seeking import Search  # noqa: PLC0415  (loads in seconds what a corpus needs not)
+
+        return Search(space.size, plan.seed)
+
+    return KnownFirst(corpus, search)

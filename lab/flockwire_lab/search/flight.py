@@ -1,0 +1,185 @@
+"""One flight of a search, on any worker: flown, recorded, judged."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from math import inf, sqrt
+from typing import Literal
+
+from flockwire_core.domain.marks import marked
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.loading import SwarmFileError, parse_swarm
+from flockwire_core.process.driving import GRAVITY
+from flockwire_core.process.fault_file import FaultFileError
+from flockwire_core.process.faults import AirframeFailure, ClockStep, Fault, Visitor
+from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.processes import CONSOLE
+
+from flockwire_lab.search.events import Event, EventInjector, SecondStation, parse_events
+from flockwire_lab.search.flown import Flown
+from flockwire_lab.search.formation import tails
+from flockwire_lab.search.liveness import Recovery
+from flockwire_lab.search.margin import BOUNDS, Bounds, Margin
+from flockwire_lab.search.record import Recorder
+from flockwire_lab.search.robustness import first_outside, margins
+from flockwire_lab.study.file import StudyError
+from flockwire_lab.study.variation import Table
+from flockwire_lab.world import EPOCH, World
+
+Mode = Literal["safety", "liveness"]
+OVERTIME = SECOND  # ns after the longest flight, at which one that is not over is cut off
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """A flight: the swarm file's and the file of faults' content, the seed, `duration` s up to the order to land."""
+
+    table: Table
+    faults: list[Table]
+    seed: int
+    duration: float
+    mode: Mode = "safety"
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """What a flight showed: margins by property, rungs with the s after the order to take off, why it failed."""
+
+    margins: dict[str, Margin]
+    rungs: dict[str, float] = field(default_factory=dict)
+    failure: str = ""
+    seconds: float = 0.0
+    world_ended: bool = False
+    refused: str = ""  # why the case is not a flight
+    cell: tuple[str, str, str] = ("", "", "")  # of the least margin: last rung, last fault, phase
+    marks: dict[str, int] = field(default_factory=dict)  # times that each was reached
+
+    @classmethod
+    def broken(cls, error: str) -> Judged:
+        """Return the result of a flight that ended with an exception."""
+        return cls({"error": Margin(-1.0, 0.0, "", error)}, failure=error)
+
+    @property
+    def least(self) -> tuple[float, str]:
+        """The least margin and its property; infinite without any."""
+        return min(((margin.value, name) for name, margin in self.margins.items()), default=(inf, ""))
+
+    @property
+    def violations(self) -> list[str]:
+        """The violated properties, in words."""
+        return [
+            f"{name}: {margin.what} at {margin.at:.2f} s" for name, margin in self.margins.items() if margin.violated
+        ]
+
+
+class Flight:
+    """The flight of a swarm under faults and events; `say` takes what happens, line by line."""
+
+    def __init__(
+        self,
+        swarm: Swarm,
+        seed: int,
+        duration: float,
+        injected: tuple[tuple[Fault, ...], tuple[Event, ...]],
+        mode: Mode = "safety",
+        say: Callable[[str], None] | None = None,
+    ) -> None:
+        faults, events = injected
+        stations = (CONSOLE.kind,) if any(isinstance(event, SecondStation) for event in events) else ()
+        self.recorder = Recorder(Plan(swarm.in_simulation()), self._begin, say)
+        self._visited = any(isinstance(fault, Visitor) for fault in faults)
+        self._quiet = not (faults or events)
+        self._shared = any(isinstance(event, SecondStation) for event in events)  # who may end a landing
+        self.world = World(swarm, seed, duration, faults, self.recorder.take, stations=stations)
+        self._injector = EventInjector(self.world, events, faults, self.recorder)
+        moving = self._injector.moving  # an airframe fails by the clock of its process
+        early = sum(max(f.step, 0.0) for f in faults if isinstance(f, ClockStep) and f.process in moving)
+        self._fails = {uav(f.drone): f.at - early for f in reversed(faults) if isinstance(f, AirframeFailure)}
+        self._recovery = Recovery(self.world, self.recorder, faults) if mode == "liveness" else None
+
+    def fly(self, bounds: Bounds = BOUNDS) -> Flown:
+        """Fly it to its end."""
+        world, recorder, scheduler = self.world, self.recorder, self.world.scheduler
+        cut_off = EPOCH + nanoseconds(bounds.longest) + OVERTIME
+        scheduler.at(cut_off, lambda _: scheduler.stop())
+        if self._recovery is not None:
+            self._recovery.begin()
+            scheduler.run(cut_off)
+            failure = ""
+        else:
+            failure = world.run().failure
+        end = scheduler.now
+        if recorder.was_stopped or self._fails:  # the flight is over when all motors are off: let the drones fall
+            scheduler.run(end + fall_time(world.swarm))
+        if self._shared and not recorder.all_down():  # `up` ends the processes that it started
+            self._injector.retire()
+            scheduler.run(cut_off)
+            end = scheduler.now
+        return recorder.flown(
+            end,
+            failure,
+            fails=self._fails,
+            world_ended=self._injector.world_ended
+            or self._injector.frozen(recorder.seconds(end), recorder.seconds(scheduler.now)),
+            still=self._injector.still,
+            jumps=self._injector.jumps,
+            visited=self._visited,
+            formed=(self._recovery.formed((end - EPOCH) / SECOND),) if self._recovery is not None else (),
+            tails=tails(recorder, world.swarm) if self._quiet and not failure else {},
+        )
+
+    def _begin(self) -> None:
+        self._injector.begin()
+
+
+def fall_time(swarm: Swarm) -> int:
+    """Return a time, ns, that is longer than a fall from the fence's top takes."""
+    return nanoseconds(1.0 + sqrt(2.0 * max(swarm.limits.fence.high[2], 0.0) / GRAVITY))
+
+
+def fly(case: Case, say: Callable[[str], None] | None = None, bounds: Bounds = BOUNDS) -> Judged:
+    """Fly and judge a case; what cannot be flown is refused."""
+    try:
+        swarm = parse_swarm(case.table, "the swarm of the search")
+        injected = parse_events(case.faults, Plan(swarm.in_simulation()), "the faults of the search")
+    except (SwarmFileError, FaultFileError, StudyError) as error:
+        return Judged({}, refused=str(error).replace("\n", "; "))
+    flight = Flight(swarm, case.seed, case.duration, injected, case.mode, say)
+    with marked() as marks:
+        flown = flight.fly(bounds)
+    return replace(judge(flown, flight.recorder, case.faults, bounds), marks=marks)
+
+
+Order = tuple[int, Case]
+
+
+def fly_numbered(order: Order) -> tuple[int, Judged]:
+    """Fly one case, on any worker; it raises nothing: an error in a flight is a violation."""
+    number, case = order
+    try:
+        return number, fly(case)
+    except Exception as error:  # a user's law may raise anything
+        return number, Judged.broken(f"{type(error).__name__}: {error}")
+
+
+def judge(flown: Flown, recorder: Recorder, faults: list[Table], bounds: Bounds = BOUNDS) -> Judged:
+    """Return the margins of a flight under `faults`, and the cell of its least one."""
+    found = margins(flown, bounds)
+    least = min(found.values(), key=lambda margin: margin.value)
+    inwards = first_outside(flown)
+    if inwards is not None:
+        recorder.note("fence: inwards", inwards)
+    rung = next((name for at, name in reversed(recorder.moments) if at <= least.at), "")
+    fault = next((one["kind"] for one in sorted(faults, key=lambda one: -one["at"]) if one["at"] <= least.at), "")
+    cell = (rung, fault, _phase(flown, least))
+    return Judged(found, dict(recorder.rungs), flown.failure, flown.seconds, flown.world_ended, cell=cell)
+
+
+def _phase(flown: Flown, margin: Margin) -> str:
+    """Return the phase that the pilot of the margin's drone reported before it."""
+    reports = flown.reports.get(margin.who)
+    if reports is None:
+        return ""
+    return next((p for t, p in zip(reports.times[::-1], reversed(reports.phases), strict=True) if t <= margin.at), "")

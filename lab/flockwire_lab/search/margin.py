@@ -1,0 +1,104 @@
+"""Margins: how far a property was from being violated, by the arrays of a flight.
+
+Each property is "always" of a signal that must not be negative (signal temporal logic; Donze and Maler, 2010). Its
+margin is the smallest value of that signal, as a share of the bound: 1 or more far from the bound, 0 at it, negative
+beyond it. "Always, if a then b within T" is "always (T - u)" with the age u of what is owed: the time since a without
+b.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from flockwire_analysis.series import Booleans, Floats
+
+from flockwire_lab.search.flown import Flown
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """What no flight may exceed, whatever is faulty."""
+
+    collision: float = 0.2  # m between two centres, in the air
+    obstacle: float = 0.1  # m from a centre to the surface of an obstacle, in the air
+    in_the_air: float = 0.15  # m
+    down: float = 0.05  # m, height at the end
+    hard: float = 0.3  # m/s above `limits.vertical_speed` from which on a touch-down is too fast
+    fence: float = 0.5  # m beyond `limits.fence.margin`
+    silence: float = 5.0  # s to be on the ground after an input is lost, besides that of the descent
+    landing: float = 10.0  # s to be on the ground after a pilot began to land, besides that of the descent
+    stop: float = 1.0  # s until the motors are off
+    rung: float = 0.3  # s after its age in `limits.staleness` until a rung is reached
+    obeyed: float = 3.0  # s in which an order has reached whoever can be reached
+    longest: float = 75.0  # s of a flight: the operator waits up to 30 s for a stage
+
+
+BOUNDS = Bounds()
+PAUSE = 0.1  # s without true positions: the world was frozen, or restarted
+SILENT = 0.35  # s without a process's reports, ten a second, that show it frozen or dead
+
+
+@dataclass(frozen=True, slots=True)
+class Margin:
+    """The smallest value of a property's signal, as a share of its bound; when it was, whose it was, and in words."""
+
+    value: float
+    at: float  # s after the order to take off
+    who: str
+    what: str
+
+    @property
+    def violated(self) -> bool:
+        """Whether the property does not hold."""
+        return self.value < 0.0
+
+
+def always(times: Floats, signal: Floats) -> tuple[float, float]:
+    """Return the smallest value of `signal` and its time; infinite without samples."""
+    if not len(signal):
+        return np.inf, 0.0
+    place = int(np.argmin(signal))
+    return float(signal[place]), float(times[place])
+
+
+def owed(times: Floats, pending: Booleans) -> Floats:
+    """Return for how long without a pause `pending` has been true, s; 0 where it is not."""
+    since = np.where(pending, -np.inf, times)
+    began = np.where(pending & ~np.roll(pending, 1), times, -np.inf)
+    if len(pending) and pending[0]:
+        began[0] = times[0]
+    return np.where(pending, times - np.maximum.accumulate(np.maximum(since, began)), 0.0)
+
+
+def age(times: Floats, events: Floats) -> Floats:
+    """Return the time since the last of `events` (ascending) at each of `times`, s; infinite before the first."""
+    if not len(events):
+        return np.full(len(times), np.inf)
+    place = np.searchsorted(events, times, "right")
+    return np.where(place > 0, times - events[np.maximum(place - 1, 0)], np.inf)
+
+
+def falling(flown: Flown, owner: str, times: Floats) -> Booleans:
+    """Return at which of `times` a drone falls, which no pilot can change: its motors failed, or were stopped."""
+    return (times >= flown.stopped) | (times >= flown.fails.get(owner, np.inf))
+
+
+def moving(flown: Flown, times: Floats) -> Booleans:
+    """Return at which of `times` the simulated airframes do not stand still, which no real one does in the air."""
+    moves = np.ones(len(times), np.bool_)
+    for begin, end in flown.still:
+        moves &= (times < begin) | (times > end)
+    return moves
+
+
+def awake(flown: Flown, owner: str, times: Floats) -> Booleans:
+    """Return at which of `times` a drone's driver runs and its airframe moves: otherwise it owes nothing."""
+    moves, states = moving(flown, times), flown.states.get(owner)
+    return moves if states is None else moves & (age(times, states.times) < SILENT)
+
+
+def placed(flown: Flown, owner: str, times: Floats) -> Floats:
+    """Return the newest true positions of a drone at `times`, m."""
+    place = np.searchsorted(flown.times[owner], times, "right") - 1
+    return flown.places[owner][np.maximum(place, 0)]

@@ -1,0 +1,246 @@
+"""A tap that records one virtual flight: its arrays, its rungs, what happens in words."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections import defaultdict
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numpy as np
+from flockwire_analysis.conformance import deviations
+from flockwire_analysis.series import Floats
+from flockwire_core.domain.airframe import FlightState, Telemetry
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND
+from flockwire_core.domain.vector import Vector
+from flockwire_core.pilot.phases import IN_FLIGHT
+from flockwire_core.swarm.model import uav
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.status import Status
+
+from flockwire_lab.flight import TraceInMemory
+from flockwire_lab.process import Published
+from flockwire_lab.search.flown import Flown, Reports, States
+from flockwire_lab.search.rungs import told
+from flockwire_lab.world import EPOCH
+
+Kind = TypeVar("Kind")
+DOWN = 0.0  # m, height of a drone on the ground
+OF_THE_PROTOCOL = ("status", "telemetry", "mission", "stop")  # kinds that show what pilots did by which orders
+
+
+class Recorder:
+    """Collects a flight of the swarm of `plan`; `begin` is called at the first order, `say` takes what happens.
+
+    `landed` returns s since a landing that forbids take-offs, 0 without one (default: as `ordered` was told).
+    """
+
+    def __init__(
+        self,
+        plan: Plan,
+        begin: Callable[[], None],
+        say: Callable[[str], None] | None = None,
+        landed: Callable[[], float] | None = None,
+    ) -> None:
+        self.rungs: dict[str, float] = {}  # when each was first reached, s
+        self.moments: list[tuple[float, str]] = []  # the same in the order in which they were reached
+        self._swarm, self._begin, self._say = plan.swarm, begin, say
+        self._stale = plan.swarm.limits.staleness
+        self._pilots = {identity: uav(drone) for drone, identity in plan.pilots.items()}
+        self._protocol = TraceInMemory(plan.swarm, 0)
+        self._took_off: int | None = None
+        self._at = EPOCH
+        self._truth: dict[str, list[tuple[int, Vector]]] = defaultdict(list)
+        self._poses: dict[str, list[int]] = defaultdict(list)
+        self._commands: dict[str, list[int]] = defaultdict(list)
+        self._reports: dict[str, list[tuple[int, Status]]] = defaultdict(list)
+        self._telemetries: dict[str, list[tuple[int, Telemetry]]] = defaultdict(list)
+        self._phases: dict[str, tuple[str, str]] = {}
+        self.starts: list[tuple[int, Mission]] = []  # orders into a formation, and when they were published
+        self.landing: int | None = None  # when the operator first ordered to land
+        self._stopped: int | None = None
+        self._landed = landed or self._since_landing
+        self._landing: int | None = None  # when another station ordered it, after which it ordered no start
+        self._refused: list[tuple[float, str]] = []
+        self._take = {"truth": self._place, "status": self._status, "telemetry": self._telemetry, "pose": self._pose,
+                      "command": self._command, "mission": self._mission, "stop": self._stop}  # fmt: skip
+
+    def take(self, published: Published) -> None:
+        """Receive what is published."""
+        if published.key.kind in OF_THE_PROTOCOL:
+            self._protocol.take(published)
+        take = self._take.get(published.key.kind)
+        if take is not None:
+            self._at = published.at
+            take(published)
+
+    def ordered(self, verb: str, at: int) -> None:
+        """Note that the second station ordered `verb` at `at` (Unix ns)."""
+        if verb in ("land", "start"):
+            self._landing = at if verb == "land" else None
+
+    def _since_landing(self) -> float:
+        return 0.0 if self._landing is None else (self._at - self._landing) / SECOND
+
+    def tell(self, what: str) -> None:
+        """Pass on what happens."""
+        if self._say is not None:
+            self._say(f"{self.seconds(self._at):8.3f} s  {what}")
+
+    def all_down(self, height: float = DOWN) -> bool:
+        """Return whether all drones are on the ground now, none above `height`, m."""
+        return all(places[-1][1][2] <= height for places in self._truth.values())
+
+    def places(self, at: int) -> dict[str, Vector]:
+        """Return the newest true positions at `at` (Unix ns), m."""
+        return {
+            owner: rows[max(bisect_right(rows, at, key=lambda row: row[0]) - 1, 0)][1]
+            for owner, rows in self._truth.items()
+        }
+
+    def held(self, owner: str, at: int) -> int | None:
+        """Return the place that a drone held by an auction at `at` (Unix ns), by its newest status, None: none."""
+        rows = self._reports[owner]
+        place = bisect_right(rows, at, key=lambda row: row[0])
+        return rows[place - 1][1].report.place if place else None
+
+    def note(self, rung: str, at: float) -> None:
+        """Note that a rung was reached at `at`, s after the order to take off."""
+        self.rungs[rung] = min(round(at, 3), self.rungs.get(rung, np.inf))
+        self.moments = sorted({*self.moments, (self.rungs[rung], rung)})
+
+    def phases(self) -> dict[str, str]:
+        """Return the phase that each pilot reported last, by its drone."""
+        return {owner: phase for owner, (phase, _) in self._phases.items()}
+
+    def flown(self, end: int, failure: str = "", **about: Any) -> Flown:  # noqa: ANN401  (fields of one)
+        """Return the flight that ended at `end` (Unix ns); `about` are the fields of `Flown` that no message tells."""
+        return Flown(
+            self._swarm,
+            {owner: self._times([at for at, _ in rows]) for owner, rows in self._truth.items()},
+            {owner: np.array([place for _, place in rows]) for owner, rows in self._truth.items()},
+            {owner: self._times(stamps) for owner, stamps in self._poses.items()},
+            {owner: self._times(stamps) for owner, stamps in self._commands.items()},
+            {owner: self._reported(rows) for owner, rows in self._reports.items()},
+            {owner: self._stated(rows) for owner, rows in self._telemetries.items()},
+            self._took_off is not None,
+            np.inf if self._stopped is None else self.seconds(self._stopped),
+            tuple(self._refused),
+            deviations(self._protocol.trace()),
+            failure,
+            (end - EPOCH) / SECOND,
+            **about,
+        )
+
+    def _reported(self, rows: list[tuple[int, Status]]) -> Reports:
+        reports = [status.report for _, status in rows]
+        shown = [(one.pose_age, one.nearby_age, one.telemetry_age, one.battery) for one in reports]
+        pose, nearby, telemetry, battery = np.array(shown).reshape(-1, 4).T
+        steps = [0, *(status.steps for _, status in rows)]
+        begun = [at for k, (at, status) in enumerate(rows) if not k or status.steps < steps[k]]
+        return Reports(
+            self._times([at for at, _ in rows]), tuple(one.phase for one in reports), pose, nearby, telemetry, battery,
+            self._times(begun),
+        )  # fmt: skip
+
+    def _stated(self, rows: list[tuple[int, Telemetry]]) -> States:
+        return States(
+            self._times([at for at, _ in rows]),
+            tuple(one.state for _, one in rows),
+            np.array([one.stop_received for _, one in rows], np.bool_),
+            np.array([one.command_age for _, one in rows]),
+        )
+
+    @property
+    def was_stopped(self) -> bool:
+        """Whether an emergency stop was ordered."""
+        return self._stopped is not None
+
+    @property
+    def began(self) -> bool:
+        """Whether an order was given."""
+        return self._took_off is not None
+
+    def seconds(self, at: int) -> float:
+        """Return `at` (Unix ns) as s after the order to take off; before it, after the beginning."""
+        return (at - (self._took_off or EPOCH)) / SECOND
+
+    def _times(self, stamps: list[int]) -> Floats:
+        return (np.array(stamps, np.int64) - (self._took_off or EPOCH)) / SECOND
+
+    def _mission(self, published: Published) -> None:
+        mission = _opened(published, Mission)
+        if self._took_off is None:
+            self._took_off = published.at
+            self._begin()
+        self.tell(f"order: {mission.verb}")
+        if mission.in_formation:
+            self.starts.append((published.at, mission))
+        elif mission.verb == "land":
+            self.landing = self.landing or published.at
+
+    def _stop(self, published: Published) -> None:
+        self._stopped = self._stopped or published.at
+
+    def _place(self, published: Published) -> None:
+        self._truth[published.key.owner].append((published.at, _opened(published, Pose).position))
+
+    def _pose(self, published: Published) -> None:
+        self._poses[published.key.owner].append(published.at)
+
+    def _command(self, published: Published) -> None:
+        self._commands[published.key.owner].append(published.at)
+
+    def _status(self, published: Published) -> None:
+        status = _opened(published, Status)
+        owner = self._pilots.get(status.identity)
+        if owner is None:
+            return
+        report = status.report
+        self._reports[owner].append((published.at, status))
+        if self._phases.get(owner) != (report.phase, report.detail):
+            self._phases[owner] = (report.phase, report.detail)
+            self.tell(f"{status.identity}: {report.phase} {report.detail}")
+            if report.phase == Phase.TAKEOFF and (since := self._landed()) > 0.0:
+                self._refused.append((since, owner))
+        if self._took_off is not None:
+            self._climb_down(status)
+
+    def _climb_down(self, status: Status) -> None:
+        """Note which rungs a status tells of."""
+        report, stale = status.report, self._stale
+        for rung in told(report.phase, report.detail):
+            self._reached(rung)
+        if report.phase not in IN_FLIGHT:
+            return
+        if report.pose_age > stale.pose_zero:
+            self._reached("own pose: zero")
+        elif report.nearby_age > stale.nearby_slow:
+            self._reached("nearby: slow")
+        if report.estimate_age > stale.estimate_drop:
+            self._reached("neighbour: dropped")
+        if report.telemetry_age > stale.telemetry_warn:
+            self._reached("telemetry: reported")
+
+    def _telemetry(self, published: Published) -> None:
+        message, stale = _opened(published, Telemetry), self._stale
+        self._telemetries[published.key.owner].append((published.at, message))
+        if message.state is FlightState.FLYING and message.command_age > stale.command_zero:
+            self._reached("driver: zero")
+        elif message.state is FlightState.LANDING and message.command_age > stale.command_land:
+            self._reached("driver: land")
+
+    def _reached(self, rung: str) -> None:
+        if rung not in self.rungs:
+            now = round(self.seconds(self._at), 3)
+            self.rungs[rung] = now
+            self.moments.append((now, rung))
+
+
+def _opened(published: Published, kind: type[Kind]) -> Kind:
+    message = published.message
+    assert isinstance(message, kind)  # noqa: S101  (the simulated process encoded it)
+    return message

@@ -1,0 +1,86 @@
+"""One flight of a study, on any worker; the result does not depend on the machine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from flockwire_analysis.checks import ABOUT_THE_RECORD
+from flockwire_analysis.summary import Summary, summarise
+from flockwire_core.domain.marks import marked
+from flockwire_core.swarm.model import Swarm
+
+from flockwire_lab.flight import TraceInMemory
+from flockwire_lab.study.file import Study, StudyError
+from flockwire_lab.study.variation import Table, vary
+from flockwire_lab.world import World
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """Run `run` of a plan at the grid point number `point`; `table` is the study's swarm file."""
+
+    plan: Study
+    table: Table
+    point: int
+    run: int
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """The result of a run: `figures` in m, s and m/s, None if there is none; `margin`: smallest distance / limit."""
+
+    point: int
+    run: int
+    seed: int
+    ok: bool
+    failed: tuple[str, ...]  # names of the checks, or "flight"
+    reason: str
+    margin: float
+    drawn: dict[str, Any]
+    figures: dict[str, float | None]
+    marks: dict[str, int] = field(default_factory=dict)  # times that each was reached
+
+
+def fly(task: Task) -> Result:
+    """Fly one run to its end; it raises nothing: a run that cannot be flown has failed."""
+    plan, seed = task.plan, task.plan.seed_of(task.run)
+    try:
+        varied = vary(plan, task.table, plan.points[task.point], seed)
+    except StudyError as error:
+        return Result(task.point, task.run, seed, False, ("refused",), str(error).replace("\n", "; "), 0.0, {}, {})
+    try:
+        trace = TraceInMemory(varied.swarm, seed)
+        with marked() as marks:
+            outcome = World(varied.swarm, seed, plan.duration, varied.faults, trace.take).run()
+        summary = summarise(trace.trace())
+    except Exception as error:  # a user's law may raise anything; the study continues
+        reason = f"{type(error).__name__}: {error}"
+        return Result(task.point, task.run, seed, False, ("flight",), reason, 0.0, varied.drawn, {})
+    bad = [check for check in summary.checks if not check.ok and check.name not in ABOUT_THE_RECORD]
+    failed = (*(["flight"] if outcome.failure else []), *(check.name for check in bad))
+    reasons = [*([outcome.failure] if outcome.failure else []), *(check.sentence() for check in bad)]
+    return Result(
+        task.point, task.run, seed, not failed, failed, "; ".join(reasons), _margin(varied.swarm, summary),
+        varied.drawn, _figures(summary), marks,
+    )  # fmt: skip
+
+
+def _figures(summary: Summary) -> dict[str, float | None]:
+    return {
+        "min_distance_uav_m": summary.min_distance_uav_m,
+        "min_distance_obstacle_m": summary.min_distance_obstacle_m,
+        "observation_tail_m": summary.observation_error_m.max_tail,
+        "formation_tail_m": summary.formation_error_m.max_tail,
+        "settled_s": summary.formation_error_m.settled_s,
+        "max_speed_m_s": summary.max_speed_m_s,
+    }
+
+
+def _margin(swarm: Swarm, summary: Summary) -> float:
+    safe = swarm.avoidance
+    kept = (
+        (summary.min_distance_uav_m, safe.drone_safety_distance),
+        (summary.min_distance_obstacle_m, safe.obstacle_safety_distance),
+    )
+    return min((distance / limit for distance, limit in kept if distance is not None), default=0.0)

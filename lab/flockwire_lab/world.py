@@ -1,0 +1,232 @@
+"""A whole swarm in virtual time, from the start of the processes to the landing."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from itertools import chain, count
+from random import Random
+
+from flockwire_core import clock
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.ground.director import Director, Stage
+from flockwire_core.ground.operator import OperatorCore
+from flockwire_core.ground.order import Order
+from flockwire_core.process.cores import Core, Start, make_core, of_core
+from flockwire_core.process.faults import Fault
+from flockwire_core.process.stopwatch import Stopwatch
+from flockwire_core.process.timekeeping import patience, timekeeping
+from flockwire_core.swarm.model import Swarm
+from flockwire_core.wire.keys import Key
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.processes import OPERATOR, TELEOP
+
+from flockwire_lab.fault_injection import FaultInjector
+from flockwire_lab.network import Conditions, DatagramNetwork, VirtualLink
+from flockwire_lab.operator import Script, ScriptedSteering, VirtualOperator
+from flockwire_lab.process import MakeCore, Outlet, Tap, VirtualProcess
+from flockwire_lab.rare import Rare, RareBranches
+from flockwire_lab.virtual_time import LocalClock, Scheduler
+
+EPOCH = 1_790_000_000 * SECOND  # start of every virtual flight, Unix ns
+FIRST_GIVER = 1  # the number of the director's orders
+STARTED_WITHIN = 0.2  # s in which the processes start, each at its own time
+LINGER = SECOND // 10  # ns from the end of the flight to the end of the recording
+LONGEST = 3600.0  # s, longest flight
+COLLECT_AFTER = 50_000  # new objects after which Python looks for unused cycles: more than 200 drones have on the way
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """The outcome of a flight: why it failed (empty if it did not), its s of virtual time, laws too slow for real."""
+
+    failure: str
+    seconds: float
+    slow: tuple[str, ...] = ()
+
+
+class World:
+    """The processes of `swarm`, flown for `duration` s from take-off to landing; equal seeds give equal flights.
+
+    The drones `without` stay on the ground. `tap` is called with every published message (received ones may differ).
+    `stations` are identities of other operators for `station`. With `rare`, links and timers take rare branches.
+    """
+
+    def __init__(
+        self,
+        swarm: Swarm,
+        seed: int,
+        duration: float,
+        faults: tuple[Fault, ...] = (),
+        tap: Tap | None = None,
+        without: tuple[int, ...] = (),
+        stations: tuple[str, ...] = (),
+        rare: Rare | None = None,
+    ) -> None:
+        swarm = swarm.in_simulation()
+        self.swarm, self.plan = swarm, Plan(swarm)
+        self.scheduler = Scheduler(EPOCH)
+        self._stations = {
+            name: VirtualOperator(OperatorCore(self.plan, givers), self.swarm, self._ordered, self.scheduler.stop)
+            for name, givers in zip((OPERATOR.kind, *stations), _givers(), strict=False)
+        }
+        self.station().core.conduct(EPOCH, duration, Order("start", without=without))
+        self._script: Script = lambda _: None  # nobody steers
+        self.links: dict[tuple[str, str], VirtualLink] = {}
+        self._seed, self._faults, self._tap, self._rare = seed, faults, tap, rare
+        self._operators = frozenset(self.plan.operators)
+        self._limit = EPOCH + nanoseconds(duration + LONGEST)
+        self._network = DatagramNetwork(swarm.sim, seed, self.scheduler)
+        self._seated: dict[str, Core] = {}
+        self._stopwatches: dict[str, Stopwatch] = {}  # of real time, for users' laws
+        self.processes = self._processes()
+        self._connect()
+        again = frozenset(identity for identity, row in self.plan.rows.items() if row.restarts)
+        self._faulty = FaultInjector(faults, self.scheduler, self.processes, self.links, self._operators, again)
+        for identity, process in self.processes.items():
+            recorder = identity in self.plan.recorders
+            begin = 0.0 if recorder else self._chance(f"begin {identity}").random() * STARTED_WITHIN
+            self.scheduler.at(EPOCH + nanoseconds(begin), process.start)
+
+    def run(self) -> Outcome:
+        """Fly until the director ends the flight."""
+        director, scheduler = self.director, self.scheduler
+        with _rare_collections():
+            scheduler.run(self._limit)
+            scheduler.run(scheduler.now + LINGER)
+        failure = director.failure
+        if director.stage is not Stage.OVER:
+            failure = failure or f"the flight was not over after {(scheduler.now - EPOCH) / SECOND:.0f} s"
+        measured = ((identity, stopwatch.reason()) for identity, stopwatch in self._stopwatches.items())
+        slow = tuple(f"{identity}: {reason.text}" for identity, reason in measured if reason is not None)
+        return Outcome(failure, (scheduler.now - EPOCH) / SECOND, slow)
+
+    @property
+    def director(self) -> Director:
+        """The director of the operator's newest flight; ValueError without one."""
+        director = self.station().core.director
+        if director is None:
+            raise ValueError("nobody conducts a flight")
+        return director
+
+    def conduct(self, director: Director | None) -> None:
+        """Replace the director of the flight; None: no director."""
+        self.station().core.director = director
+
+    def station(self, identity: str = OPERATOR.kind) -> VirtualOperator:
+        """Return the operator, or one of the other stations."""
+        return self._stations[identity]
+
+    def seat(self, identity: str, core: Core) -> None:
+        """Replace the station `identity` by `core`, before the flight starts."""
+        self._seated[identity] = core
+
+    def steer(self, script: Script) -> None:
+        """Steer the leader by `script`."""
+        self._script = script
+
+    def stop(self, reason: str) -> None:
+        """Order an emergency stop as the operator."""
+        self.station().ask(Order("stop", reason=reason))
+
+    def _processes(self) -> dict[str, VirtualProcess]:
+        return {
+            identity: VirtualProcess(
+                self.swarm, identity, self._maker(identity), partial(timekeeping, self.plan, identity),
+                self._subscribed(identity), self._clock(identity), self.scheduler, self._seed, self._tap,
+                identity not in self._operators, self._network, patience(self.plan, identity),
+                self._branches(identity),
+            )
+            for identity in self.plan.identities
+            if identity not in self.plan.routers
+            and (identity in self.plan.started or identity in self._stations or identity == TELEOP.kind)
+        }  # fmt: skip
+
+    def _subscribed(self, identity: str) -> tuple[Key, ...]:
+        if identity in self.plan.recorders:  # the recorder tap receives everything
+            return tuple(timekeeping(self.plan, identity, lambda _: None).keys)
+        return self.plan.subscribes[identity]
+
+    def _maker(self, identity: str) -> MakeCore:
+        if identity in self._stations:
+            return lambda _, __: self._seated.get(identity, self._stations[identity])
+        if identity in self._operators:
+            return lambda _, __: ScriptedSteering(self.swarm.frame, self._script)
+
+        def make(now: int, starts: int) -> Core:
+            chance = Random(f"{self.swarm.gateway.seed} {self._seed} {identity} {starts}")  # noqa: S311  (noise)
+            faults = of_core(self._faults, self.plan, identity)
+            stopwatch = self._stopwatches[identity] = Stopwatch(clock.monotonic, 1.0 / self.swarm.control.rate_hz)
+            return make_core(Start(self.plan, identity, now, chance, faults, self._faulty.took_off, stopwatch))
+
+        return make
+
+    def _clock(self, identity: str) -> LocalClock:
+        owner = (
+            identity if len(self.swarm.hosts) == 1 else self.plan.hosts[identity]
+        )  # processes of a host share its clock
+        table, chance = self.swarm.sim, self._chance(f"clock {owner}")
+        if identity in self._operators:
+            return LocalClock(EPOCH)
+        offset, drift = chance.uniform(-1.0, 1.0) * table.clock_offset, chance.uniform(-1.0, 1.0) * table.clock_drift
+        return LocalClock(EPOCH, nanoseconds(offset), nanoseconds(drift))
+
+    def _connect(self) -> None:
+        usual = Conditions.usual(self.swarm.sim)
+        places = {identity: {key: k for k, key in enumerate(p.subscribed)} for identity, p in self.processes.items()}
+        for key, publishers, subscribers in self.plan.flows:
+            for publisher in publishers:
+                if publisher not in self.processes:
+                    continue
+                outlet = self.processes[publisher].outlets[key] = Outlet(self.swarm, key)
+                for subscriber in subscribers:
+                    if subscriber != publisher and key in places.get(subscriber, ()):
+                        ends = (publisher, subscriber)
+                        link = self.links.get(ends) or self._link(ends, usual)
+                        outlet.readers.append((link, places[subscriber][key]))
+
+    def _link(self, ends: tuple[str, str], usual: Conditions) -> VirtualLink:
+        judged = self._operators.intersection(ends)
+        conditions = Conditions(usual.delay) if judged else usual  # processes that judge the flight receive everything
+        link = VirtualLink(
+            ends,
+            conditions,
+            self._seed,
+            self.scheduler,
+            self.processes[ends[1]].deliver,
+            self._branches(" > ".join(ends)),
+        )
+        self.links[ends] = link
+        return link
+
+    def _branches(self, where: str) -> RareBranches | None:
+        return None if self._rare is None else RareBranches(self._rare, self._chance(f"rare {where}"))
+
+    def _chance(self, what: str) -> Random:
+        return Random(f"{self._seed} {what}")  # noqa: S311  (not for secrets)
+
+    def _ordered(self, order: Mission) -> None:
+        if order.verb == "takeoff" and self._faulty.took_off is None:
+            self._faulty.begin()
+
+
+@contextmanager
+def _rare_collections() -> Iterator[None]:
+    """Look for unused cycles rarely: a flight makes few, and each look visits all messages that are on the way."""
+    usual = gc.get_threshold()
+    gc.set_threshold(COLLECT_AFTER, *usual[1:])
+    try:
+        yield
+    finally:
+        gc.set_threshold(*usual)
+
+
+def _givers() -> Iterator[Callable[[], int]]:
+    """Yield for each station the numbers of its givers of orders; the operator's first flight has FIRST_GIVER."""
+    yield chain((FIRST_GIVER,), count((1 << 16) + 1)).__next__
+    for station in count(2):
+        yield count((station << 16) + 1).__next__

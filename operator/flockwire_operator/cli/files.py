@@ -1,0 +1,128 @@
+"""Commands that write files: `init` a swarm file, `deploy` containers or services from the same plan as `up`."""
+
+from __future__ import annotations
+
+import sys
+from enum import StrEnum
+from ipaddress import IPv4Network
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+from zipfile import BadZipFile
+
+import typer
+
+from flockwire_operator.cli.arguments import Keys, SwarmFile
+from flockwire_operator.cli.inputs import load, refuse, refused
+from flockwire_operator.station.folders import keys_folder, renew_keys
+from flockwire_operator.station.initial import write_swarm
+
+if TYPE_CHECKING:
+    from flockwire_operator.station.conversion import Track
+
+app = typer.Typer()
+
+
+class Target(StrEnum):
+    """Where a swarm is deployed to."""
+
+    COMPOSE = "compose"
+    SYSTEMD = "systemd"
+    ANSIBLE = "ansible"
+
+
+@app.command()
+def init(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The swarm file to write.")] = Path("swarm.toml"),
+    drones: Annotated[int, typer.Option(min=2, max=200, help="The number of drones, with the leader.")] = 4,
+    ideal: Annotated[bool, typer.Option("--ideal", help="A perfect world: no noise, no latency, no lag.")] = False,
+) -> None:
+    """Write a swarm file with comments, and a schema for editors beside it; its simulated world is a laboratory's."""
+    if file.exists():
+        refuse(f"FILE = {file}: exists; name a new one")
+    try:
+        write_swarm(file, drones, ideal)
+    except OSError as error:
+        refuse(f"FILE = {file}: cannot write there: {error.strerror}")
+    print(
+        f"flockwire: {file}: {drones} drones; next: flockwire check {file}, flockwire sim {file}, flockwire up {file}"
+    )
+
+
+@app.command()
+def convert(
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Trajectories, one drone or one show each.")],
+    out: Annotated[Path, typer.Option(help="The key frames to write.")] = Path("frames.csv"),
+    rate: Annotated[float, typer.Option(min=0.1, max=100.0, help="Key frames per second, at most.")] = 10.0,
+    leader: Annotated[bool, typer.Option("--leader", help="Write the path of the leader instead.")] = False,
+) -> None:
+    """Write key frames from trajectories of Crazyswarm (CSV), Skybrush (.skyc, CSV) or in TUM's format."""
+    from flockwire_operator.station.conversion import key_frames, tracks  # noqa: PLC0415
+
+    found: list[Track] = []
+    for file in files:
+        try:
+            found += tracks(file, rate)
+        except (OSError, ValueError, RecursionError, BadZipFile) as error:
+            reason = error.strerror if isinstance(error, OSError) else error
+            refuse(f"FILE = {file}: {reason or 'cannot be read'}")
+    if leader and len(found) != 1:
+        refuse(f"--leader: one trajectory is the leader's, there are {len(found)}")
+    if out.exists():
+        refuse(f"--out = {out}: exists; name a new one")
+    try:
+        out.write_text(key_frames(found, found[0][0][1] if leader else (0.0, 0.0, 0.0)), encoding="utf-8")
+    except OSError as error:
+        refuse(f"--out = {out}: cannot write there: {error.strerror}")
+    frames = f'kind = "key_frames"\nfile = "{out.name}"'
+    still = '[leader]   # a point that stands still, from which places count\nkind = "virtual"\nstart = [0.0, 0.0, 0.0]'
+    still += '\n[leader.trajectory]\nkind = "constant"\nvelocity = [0.0, 0.0, 0.0]'
+    print(f"flockwire: {out}: {len(found)} drones, {max(track[-1][0] for track in found):.1f} s; in the swarm file:\n")
+    print(f"[leader.trajectory]\n{frames}" if leader else f"[formation]\n{frames}\n{still}")
+
+
+@app.command()
+def deploy(
+    swarm: SwarmFile,
+    target: Annotated[Target, typer.Option(help="The system that starts the processes.")] = Target.COMPOSE,
+    out: Annotated[Path | None, typer.Option(help="The folder to write [deploy/NAME].")] = None,
+    keys: Keys = None,
+    wheels: Annotated[
+        Path, typer.Option(help="The wheels for the hosts, made by scripts/wheels (systemd, ansible).")
+    ] = Path("dist/wheels"),
+    subnets: Annotated[
+        str, typer.Option(metavar="A.B.C.D/N", help="The address range for the containers' networks (compose).")
+    ] = "",
+) -> None:
+    """Write containers or services of a swarm, with the keys of each process."""
+    from flockwire_deploy.bundle import write_bundles  # noqa: PLC0415  (jinja2)
+    from flockwire_deploy.compose import obstacle, write_compose  # noqa: PLC0415
+    from flockwire_deploy.files import DeployError, refuse_other_keys  # noqa: PLC0415
+
+    plan = load(swarm)
+    if plan.swarm.network.security == "none":
+        refuse("network.security = 'none': is only for measurements on one machine, with `up`; remove it to deploy")
+    folder, held = out or Path("deploy") / plan.swarm.name, keys_folder(swarm, plan, keys)
+    try:
+        within = _range(subnets)
+        refuse_other_keys(plan, held)
+        with refused():
+            renew_keys(plan, held)
+        places = (plan, swarm, held, folder)
+        if target is Target.COMPOSE:
+            step = write_compose(*places, within)
+        else:
+            step = write_bundles(*places, wheels, playbook=target is Target.ANSIBLE)
+    except DeployError as error:
+        refuse(str(error))
+    except OSError as error:
+        refuse(f"--out = {folder}: cannot write there: {error.strerror or error}")
+    print(f"flockwire: {folder}: {plan.swarm.name}, for {target}; next: {step}")
+    if target is Target.COMPOSE and (line := obstacle()):
+        print(f"flockwire: warning: {line}", file=sys.stderr)
+
+
+def _range(text: str) -> IPv4Network | None:
+    try:
+        return IPv4Network(text) if text else None
+    except ValueError as error:
+        refuse(f"--subnets = {text!r}: must be a range of IPv4 addresses like 10.224.0.0/12: {error}")

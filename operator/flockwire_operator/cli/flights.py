@@ -1,0 +1,286 @@
+"""Commands for flights: `check`, `up`, `conduct`, `sim`, `study`, `probe`."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from flockwire_core import clock
+from flockwire_core.loading import SwarmFileError
+from flockwire_core.runtime.standard_streams import unblocked
+from flockwire_core.swarm.model import Swarm
+from flockwire_core.wire.plan import Plan
+
+from flockwire_operator.cli.arguments import AsJson, FaultsFile, Keys, SwarmFile, Verbose, Without, left_out
+from flockwire_operator.cli.inputs import (
+    faults_of,
+    load,
+    made_keys,
+    own_folder,
+    refuse,
+    refuse_a_second_trace,
+    refuse_endless,
+    refuse_unused,
+    refused,
+    this_host,
+    unwritable,
+)
+from flockwire_operator.station.folders import keys_folder, warn_of
+
+app = typer.Typer()
+
+
+NO_TRACE = "--out = {out}: there is no trace of this flight; does the recorder run, with this folder?"
+
+
+@app.command()
+def check(
+    swarm: SwarmFile,
+    duration: Annotated[float, typer.Option(min=0.0, help="Seconds of flight to predict; 0: no end.")] = 40.0,
+    live: Annotated[bool, typer.Option("--live", help="Check instead whether the running swarm may take off.")] = False,
+    keys: Keys = None,
+    as_json: AsJson = False,
+) -> None:
+    """Validate a swarm file; print its graph, observer bounds, formations, links, and predicted problems in flight."""
+    from flockwire_core.security.pki import expiring  # noqa: PLC0415
+
+    from flockwire_operator.station.answers import description, text  # noqa: PLC0415  (numpy)
+    from flockwire_operator.station.check import describe, warnings  # noqa: PLC0415  (numpy)
+    from flockwire_operator.station.prediction import predicted  # noqa: PLC0415
+
+    plan = load(swarm)
+    if live:
+        raise typer.Exit(_check_live(plan, keys_folder(swarm, plan, keys), as_json))
+    expired = expiring(plan, keys_folder(swarm, plan, keys), clock.utc())
+    if as_json:
+        print(text(description(plan, [*warnings(plan.swarm), *predicted(plan.swarm, duration), *expired])))
+        return
+    print(describe(plan, duration))
+    for line in expired:
+        print(f"warning: {line}")
+
+
+def _check_live(plan: Plan, keys: Path, as_json: bool) -> int:
+    """Print the state of the running swarm; returns the exit status."""
+    from flockwire_core.runtime.session import RouterAbsentError  # noqa: PLC0415  (zenoh)
+
+    from flockwire_operator.station.answers import text  # noqa: PLC0415
+    from flockwire_operator.station.live_check import findings, look, table  # noqa: PLC0415
+
+    try:
+        with refused():
+            found = list(findings(plan, asyncio.run(look(plan, keys))))
+    except RouterAbsentError:
+        refuse(f"the router at {plan.endpoints[plan.routers[0]]} does not answer")
+    print(text({"checks": [line._asdict() for line in found]}) if as_json else "\n".join(table(found)))
+    failed = [line for line in found if line.remedy]
+    if failed:
+        print(f"flockwire: not ready: {len(failed)} of {len(found)} checks failed", file=sys.stderr)
+    return 1 if failed else 0
+
+
+@app.command()
+def up(
+    swarm: SwarmFile,
+    duration: Annotated[float, typer.Option(min=0.0, help="Seconds from take-off to landing; 0: until Ctrl-C.")] = 40.0,
+    out: Annotated[Path | None, typer.Option(help="Folder for trace, report and logs [runs/NAME-TIME].")] = None,
+    headless: Annotated[bool, typer.Option("--headless", help="No live table.")] = False,
+    keys: Keys = None,
+    host: Annotated[str | None, typer.Option(help="This host's name in [hosts] [the first].")] = None,
+    faults: FaultsFile = None,
+    without: Without = None,
+    verbose: Verbose = False,
+) -> None:
+    """Start all processes of this host, fly, land, report."""
+    from flockwire_operator.cli.verdict import conclude  # noqa: PLC0415
+    from flockwire_operator.station.fault_injection import refusal  # noqa: PLC0415
+    from flockwire_operator.station.host import Host  # noqa: PLC0415
+    from flockwire_operator.station.up import fly  # noqa: PLC0415
+
+    refuse_endless(duration)
+    plan = load(swarm)
+    loaded = plan.swarm
+    wrong = faults_of(faults, plan)
+    here = this_host(loaded, host)
+    if cannot := refusal(wrong, plan, here):
+        refuse("\n".join(f"{faults}: {line}" for line in cannot.split("\n")))
+    if without and not plan.conducts(here):
+        refuse(f"--without: host {here!r} gives no orders; use it on the recorder's host")
+    absent = left_out(plan, without)
+    secrets = made_keys(swarm, plan, keys, here)
+    folder = own_folder(out, loaded.name)
+    refuse_a_second_trace(folder)
+    flying = Host(plan, swarm, here, folder, secrets, faults)
+    _predict(loaded, duration, verbose)
+    with refused(folder), unblocked():
+        failure = asyncio.run(fly(flying, duration, headless, wrong, absent))
+    raise typer.Exit(conclude(failure, folder, flying.conducts, verbose))
+
+
+@app.command()
+def conduct(
+    swarm: SwarmFile,
+    duration: Annotated[float, typer.Option(min=0.0, help="Seconds from take-off to landing; 0: until Ctrl-C.")] = 40.0,
+    out: Annotated[
+        Path | None, typer.Option(help="The folder of the recorder's dated folders; the newest gets the report.")
+    ] = None,
+    headless: Annotated[bool, typer.Option("--headless", help="No live table.")] = False,
+    keys: Keys = None,
+    verbose: Verbose = False,
+) -> None:
+    """Fly a swarm whose processes already run (containers, services): take off, formation, land, report."""
+    from flockwire_recorder.parts import newest_folder, newest_size  # noqa: PLC0415
+
+    from flockwire_operator.cli.verdict import conclude, verdict  # noqa: PLC0415
+    from flockwire_operator.station.conduct import conduct as fly  # noqa: PLC0415
+
+    refuse_endless(duration)
+    plan = load(swarm)
+    warn_of(plan.swarm)
+    before = newest_size(out) if out is not None else None
+    with refused(), unblocked():
+        failure = asyncio.run(fly(plan, keys_folder(swarm, plan, keys), duration, out, headless))
+    folder = newest_folder(out) if out is not None and newest_size(out) != before else None
+    if folder is None:
+        raise typer.Exit(verdict(filter(None, (failure, NO_TRACE.format(out=out) if out is not None else ""))))
+    raise typer.Exit(conclude(failure, folder, verbose=verbose))
+
+
+@app.command()
+def sim(
+    swarm: SwarmFile,
+    seed: Annotated[int, typer.Option(min=0, help="Random seed; equal seeds give equal flights.")] = 0,
+    duration: Annotated[float, typer.Option(min=1.0, help="Seconds from take-off to landing.")] = 40.0,
+    out: Annotated[Path | None, typer.Option(help="Folder for trace and report [runs/NAME-sim-SEED-TIME].")] = None,
+    faults: FaultsFile = None,
+    no_trace: Annotated[bool, typer.Option("--no-trace", help="Print the figures only; write no files.")] = False,
+    without: Without = None,
+    verbose: Verbose = False,
+) -> None:
+    """Fly the same swarm in virtual time, many times faster; report."""
+    from flockwire_lab.fault_injection import refusal  # noqa: PLC0415
+    from flockwire_lab.flight import Flight  # noqa: PLC0415
+
+    from flockwire_operator.cli.sim import simulate  # noqa: PLC0415
+
+    plan = Plan(load(swarm).swarm.in_simulation())
+    loaded = plan.swarm
+    wrong = faults_of(faults, plan)
+    if cannot := refusal(wrong, plan):
+        refuse("\n".join(f"{faults}: {line}" for line in cannot.split("\n")))
+    absent = left_out(plan, without)
+    _predict(loaded, duration, verbose)
+    flight = Flight(loaded, seed, duration, wrong, absent)
+    if no_trace:
+        if out is not None:
+            refuse(f"--out = {out}: with --no-trace nothing is written")
+        raise typer.Exit(simulate(flight, verbose=verbose))
+    folder = own_folder(out, f"{loaded.name}-sim-{seed}")
+    refuse_a_second_trace(folder)
+    with refused(folder):
+        raise typer.Exit(simulate(flight, folder, swarm.read_text(encoding="utf-8"), verbose))
+
+
+@app.command()
+def study(
+    swarm: SwarmFile,
+    file: Annotated[Path | None, typer.Argument(metavar="STUDY", help="The variations (TOML).")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder; a second call continues in it [runs/NAME-study-TIME].")
+    ] = None,
+    runs: Annotated[int | None, typer.Option(min=1, help="Flights at each grid point [100].")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the whole study [0].")] = None,
+    duration: Annotated[float | None, typer.Option(min=1.0, help="Seconds of each flight [20].")] = None,
+    random_starts: Annotated[
+        str | None, typer.Option(metavar="WxD", help="Random starts in a box in m, like 6x6.")
+    ] = None,
+    jobs: Annotated[int, typer.Option(min=0, help="Number of processes; 0: one for each core.")] = 0,
+    scheduler: Annotated[str, typer.Option(metavar="ADDRESS", help="Address of a Dask cluster to use instead.")] = "",
+    pdf: Annotated[bool, typer.Option("--pdf", help="Write each figure as PDF too.")] = False,
+    search: Annotated[
+        bool,
+        typer.Option(
+            "--search", help="Look for the worst flight, by an optimizer, instead of drawing values at random."
+        ),
+    ] = False,
+    liveness: Annotated[
+        bool, typer.Option("--liveness", help="With --search: faults end, then the formation must come back.")
+    ] = False,
+    first: Annotated[bool, typer.Option("--first", help="With --search: end at the first violation.")] = False,
+    corpus: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER", help="With --search: first fly the flights that an earlier search kept, in its folder."
+        ),
+    ] = None,
+    replay: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FAULTS", exists=True, help="Fly again one flight that a search found: its file of faults."
+        ),
+    ] = None,
+) -> None:
+    """Fly the swarm many times in virtual time with variations; report the success rate, or the worst flight."""
+    from flockwire_lab.study.file import StudyError  # noqa: PLC0415
+
+    from flockwire_operator.cli import study as studies  # noqa: PLC0415  (numpy)
+
+    if replay is not None:
+        refuse_unused("--replay", {"STUDY": file, "--search": search, "--runs": runs, "--random-starts": random_starts,
+                                   "--jobs": jobs, "--scheduler": scheduler, "--first": first, "--corpus": corpus,
+                                   "--out": out, "--pdf": pdf})  # fmt: skip
+    elif search or liveness:
+        refuse_unused("a search, which draws no figures", {"--pdf": pdf})
+    else:
+        refuse_unused("a study without --search", {"--first": first, "--corpus": corpus})
+    if scheduler:
+        refuse_unused("--scheduler", {"--jobs": jobs})
+    if search or liveness or replay is not None:
+        from flockwire_operator.cli import search as searches  # noqa: PLC0415  (cma, ribs)
+
+    loaded = load(swarm).swarm
+    folder = out or Path("runs") / f"{loaded.name}-study-{clock.local():%Y%m%d-%H%M%S}"
+    try:
+        options, cores = studies.options_of(runs, seed, duration, random_starts), jobs or os.cpu_count() or 1
+        mode = "liveness" if liveness else "safety"
+        if replay is not None:
+            raise typer.Exit(searches.replay(swarm, replay, seed or 0, duration or 8.0, mode))
+        if search or liveness:
+            options |= {"mode": mode} if liveness else {}
+            raise typer.Exit(searches.search(swarm, file, options, folder, cores, scheduler, first, corpus))
+        raise typer.Exit(studies.study(swarm, file, options, folder, cores, scheduler, pdf))
+    except (StudyError, SwarmFileError) as error:
+        refuse(str(error))
+    except OSError as error:
+        unwritable(folder, error)
+
+
+@app.command()
+def probe(
+    swarm: SwarmFile,
+    out: Annotated[Path, typer.Option(help="Folder for probe.json.")] = Path("runs/probe"),
+    keys: Keys = None,
+) -> None:
+    """Attack the swarm with every identity, key and link mode; name each leak and each blocked key."""
+    from flockwire_operator.station.probe import run  # noqa: PLC0415
+
+    plan = load(swarm)
+    if plan.swarm.network.security == "none":
+        refuse("network.security = 'none': nothing to probe; any process that reaches a port can read and write all")
+    with refused(out):
+        found = asyncio.run(run(plan, swarm, made_keys(swarm, plan, keys, next(iter(plan.swarm.hosts))), out))
+    if found:
+        print(f"flockwire: the links do not conform to the graph: {found[0].sentence()}", file=sys.stderr)
+        raise typer.Exit(1)
+
+
+def _predict(swarm: Swarm, duration: float, verbose: bool) -> None:
+    """Print the predicted problems of a flight of `duration` s (0: without an end)."""
+    from flockwire_operator.station.prediction import predicted  # noqa: PLC0415
+
+    for line in predicted(swarm, duration, avoided=verbose):
+        print(f"flockwire: warning: {line}", flush=True)

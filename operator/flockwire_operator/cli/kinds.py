@@ -1,0 +1,178 @@
+"""Commands that run one process of a swarm, as systemd and compose start them: one for each kind of process.
+
+The standard library's argparse reads their arguments: a drone's host has no other package for it.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from argparse import SUPPRESS, ArgumentParser, ArgumentTypeError, Namespace, RawDescriptionHelpFormatter
+from collections.abc import Sequence
+from contextlib import ExitStack, suppress
+from functools import partial
+from pathlib import Path
+
+from flockwire_core import clock
+from flockwire_core.objects import load_object
+from flockwire_core.runtime.standard_streams import unblocked
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.processes import PROCESSES, Process
+
+from flockwire_operator.cli.inputs import faults_of, load, planned, refuse, refuse_a_second_trace
+from flockwire_operator.station.flown import OtherFlightError, as_flown, flown, flown_by
+from flockwire_operator.station.folders import keys_folder
+
+PATIENCE = 1.0  # s that an ended process waits for a paused terminal
+FASTEST = 100.0  # times the recorded pace
+KINDS = {row.kind: row for row in PROCESSES if row.started}
+
+
+class _Help(RawDescriptionHelpFormatter):
+    """Starts with "Usage:", like the help of all other commands."""
+
+    def add_usage(self, usage, actions, groups, prefix=None) -> None:  # type: ignore[no-untyped-def]  # noqa: ANN001
+        super().add_usage(usage, actions, groups, prefix or "Usage: ")
+
+
+def _width() -> int:
+    """Return the width of help texts, as argparse finds it with shutil, which takes 0.5 MB of each process."""
+    given = os.environ.get("COLUMNS", "")
+    if given.isdecimal() and int(given):
+        return int(given) - 2
+    try:
+        return (os.get_terminal_size(sys.__stdout__.fileno()).columns or 80) - 2  # type: ignore[union-attr]
+    except (AttributeError, ValueError, OSError):  # no output, a closed one, or no terminal
+        return 80 - 2
+
+
+def run(kind: str, arguments: Sequence[str]) -> int:
+    """Run one process of that kind to its end; returns its exit status. Raises SystemExit for bad arguments."""
+    row = KINDS[kind]
+    given = parser_of(row).parse_args(arguments)
+    with unblocked(PATIENCE):
+        return _serve(row, given)
+
+
+def parser_of(row: Process) -> ArgumentParser:
+    """Return the argument parser of one kind of process."""
+    formatter = partial(_Help, width=_width())
+    parser = ArgumentParser(
+        f"flockwire {row.kind}", description=row.help, formatter_class=formatter, allow_abbrev=False
+    )
+    parser.set_defaults(id=None, out=Path(), dated=False, protocol=None, trace=None, faults=None, took_off=None)
+    parser.add_argument("swarm", metavar="SWARM", type=Path, help="The swarm file (TOML).")
+    if row.numbered:
+        parser.add_argument("id", metavar="ID", type=int, help="The drone's id.")
+    keys = os.environ.get("FLOCKWIRE_KEYS")
+    parser.add_argument(
+        "--keys",
+        type=Path,
+        default=Path(keys) if keys else None,
+        help="Folder of the certificates [FLOCKWIRE_KEYS, or .flockwire/NAME/keys beside SWARM].",
+    )
+    if row.records:
+        parser.add_argument("--out", type=Path, default=Path("runs/recording"), help="Folder for trace.mcap.")
+        parser.add_argument(
+            "--dated",
+            action="store_true",
+            help="Use a folder named by the time below OUT; continue one that a crash interrupted.",
+        )
+    if row.alone:
+        parser.add_argument(
+            "--protocol",
+            metavar="P",
+            help="The protocol: natnet, vrpn, qualisys, ros. Without the swarm: bodies are at the starts.",
+        )
+    if row.replays:
+        parser.add_argument("--trace", type=Path, help="Show this trace of the swarm, with its clock, instead of it.")
+        parser.add_argument("--pace", type=_pace, default=1.0, help="How many times as fast as it was recorded [1].")
+    if row.faults or row.records:  # the recorder marks them in the trace
+        parser.add_argument("--faults", type=Path, help="The faults to inject (TOML).")
+        parser.add_argument("--took-off", type=int, help=SUPPRESS)  # time 0 of faults, Unix ns
+    return parser
+
+
+def _serve(row: Process, given: Namespace) -> int:
+    from flockwire_core.runtime.ending import LIFELINE  # noqa: PLC0415  (asyncio)
+    from flockwire_core.runtime.job import Job, serve  # noqa: PLC0415  (zenoh)
+
+    swarm, out = given.swarm, given.out
+    child = LIFELINE in os.environ  # a child of `up`, also after a restart, flies the swarm that took off
+    flying = as_flown(swarm) if child else None
+    plan = load(swarm) if flying is None else planned(flying.swarm)
+    if given.protocol is not None:
+        return _alone(row, plan, given.protocol)
+    if given.trace is not None:
+        return _replayed(row, plan, given.trace, given.pace)
+    identity = _identity(plan, row, given.id)
+    if given.dated:
+        out = _dated(out, plan)
+    elif row.records and not child:  # a restarted child continues in the same flight
+        from flockwire_recorder.parts import same_flight  # noqa: PLC0415  (the trace's format)
+
+        if not same_flight(out, plan.swarm, clock.utc()):
+            refuse_a_second_trace(out)
+    folder, wrong = keys_folder(swarm, plan, given.keys), faults_of(given.faults, plan)
+    what = flying or flown_by(plan.swarm, swarm, folder)
+    with ExitStack() as stack:
+        with suppress(OtherFlightError):  # the file was changed in flight, and this process was started by hand
+            stack.enter_context(flown(swarm, what))
+        return serve(Job(plan, identity, folder, what.toml, out, wrong, given.took_off))
+
+
+def _dated(out: Path, plan: Plan) -> Path:
+    from flockwire_recorder.parts import dated_folder  # noqa: PLC0415  (only a recorder needs it)
+
+    try:
+        return dated_folder(out, plan.swarm, clock.local())
+    except OSError as error:
+        refuse(f"--out = {out}: cannot read it: {error.strerror}")
+
+
+def _alone(row: Process, plan: Plan, protocol: str) -> int:
+    """Run a process without its swarm."""
+    if protocol not in plan.swarm.gateway.twins:
+        refuse(f"--protocol = {protocol!r}: must be one of {', '.join(plan.swarm.gateway.twins)}")
+    try:
+        load_object(row.alone)(plan.swarm, protocol)
+    except OSError as error:
+        refuse(str(error))
+    except KeyboardInterrupt:
+        pass
+    return 0
+
+
+def _pace(text: str) -> float:
+    try:
+        pace = float(text)
+    except ValueError:
+        pace = 0.0
+    if not 0.0 < pace <= FASTEST:
+        raise ArgumentTypeError(f"{text!r}: must be a number above 0, at most {FASTEST:g}")
+    return pace
+
+
+def _replayed(row: Process, plan: Plan, trace: Path, pace: float) -> int:
+    """Show a trace, until it is interrupted."""
+    _identity(plan, row, None)
+    try:
+        load_object(row.replays)(plan, trace, pace)
+    except ValueError as error:
+        refuse(f"--trace = {error}")
+    except OSError as error:
+        refuse(f"--trace = {trace}: cannot read it: {error.strerror or error}")
+    except KeyboardInterrupt:
+        pass
+    return 0
+
+
+def _identity(plan: Plan, row: Process, number: int | None) -> str:
+    members = {plan.members[identity].drone: identity for identity in plan.of_kind(row.kind)}
+    if not members:
+        refuse(f"{plan.swarm.name} has no {row.kind}: only a swarm with {row.only_if} has one")
+    if row.numbered:
+        if number not in members:
+            refuse(f"ID = {number}: must be one of {list(members)}")
+        return members[number]
+    return next(iter(members.values()))

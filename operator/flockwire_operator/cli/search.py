@@ -1,0 +1,136 @@
+"""`flockwire study --search` and `--replay`: looks for the worst flight, and flies one that was found again."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
+
+from flockwire_core.loading import parse_swarm
+from flockwire_lab.coverage import Coverage
+from flockwire_lab.search import corpus
+from flockwire_lab.search.campaign import Entry, conduct
+from flockwire_lab.search.choosing import Candidate, worst_of
+from flockwire_lab.search.corpus import Again, Corpus
+from flockwire_lab.search.flight import Judged, Order, fly, fly_numbered
+from flockwire_lab.search.shrinking import shrunk
+from flockwire_lab.search.space import SearchPlan, Space, usual_space
+from flockwire_lab.search.writing import read_case, write_case, write_search
+from flockwire_lab.study import workers as study_workers
+from flockwire_lab.study.file import StudyError, load_study
+from flockwire_lab.study.ledger import Ledger, is_of
+from flockwire_lab.study.variation import rehearse, swarm_table
+from flockwire_lab.study.workers import Workers, cluster, local
+
+from flockwire_operator.cli.study import shown, write_marks
+
+
+def search(
+    swarm: Path,
+    file: Path | None,
+    options: dict[str, object],
+    out: Path,
+    jobs: int,
+    scheduler: str,
+    first: bool,
+    earlier: Path | None = None,
+) -> int:
+    """Search (`first`: up to the first violation), write and print what was found.
+
+    `earlier` is the folder of a search whose flights are flown first.
+
+    Returns the exit status: 1 with a violation, or if it was stopped. Raises StudyError and SwarmFileError for bad
+    input, before anything is written; OSError if `out` fails.
+    """
+    table = swarm_table(swarm)
+    checked = parse_swarm(table, str(swarm))
+    plan = load_study(file, options, SearchPlan)
+    if not (plan.random or plan.starts or plan.graph):
+        plan = load_study(file, usual_space(table, checked, plan.mode) | options, SearchPlan)
+    try:
+        rehearse(plan, table)
+        space = Space(plan, table, checked)
+    except StudyError as error:
+        raise StudyError("\n".join(f"{file or swarm}: {line}" for line in str(error).split("\n"))) from None
+    if earlier is not None and plan.method != "search":
+        raise StudyError(f"--corpus = {earlier}: method = {plan.method!r} has none; remove one of them")
+    known = corpus.read(earlier, space.size) if earlier is not None else Corpus()
+    if earlier is not None and not is_of(earlier, plan, table):
+        print(f"flockwire: --corpus = {earlier}: is of another swarm file, so its flights may change", file=sys.stderr)
+    place: AbstractContextManager[Workers] = cluster(scheduler) if scheduler else local(jobs)
+    with place as workers, Ledger(out, plan, table, Entry) as ledger:
+        stopped = _fly(plan, space, ledger, workers, first, known.asked)
+        entries = {entry.number: entry for entry in ledger.results if entry.number < plan.runs}
+    return _conclude(space, entries, out, stopped, Again.of(known, entries.values()))
+
+
+def replay(swarm: Path, faults: Path, seed: int, duration: float, mode: str) -> int:
+    """Fly a flight of two files again, print what happens and its margins; returns 1 if it violates a property.
+
+    Raises StudyError, SwarmFileError for bad input.
+    """
+    table = swarm_table(swarm)
+    parse_swarm(table, str(swarm))
+    judged = fly(read_case(table, faults, seed, duration, "liveness" if mode == "liveness" else "safety"), print)
+    if judged.refused:
+        raise StudyError(f"{faults}: {judged.refused}")
+    for name, margin in sorted(judged.margins.items(), key=lambda item: item[1].value):
+        print(f"  {name:12}{margin.value:8.3f}  {margin.what} at {margin.at:.2f} s")
+    for violation in judged.violations:
+        print(f"flockwire: violated: {violation}", file=sys.stderr)
+    return bool(judged.violations)
+
+
+def _fly(
+    plan: SearchPlan, space: Space, ledger: Ledger[Entry], workers: Workers, first: bool, known: Sequence[Candidate]
+) -> str:
+    """Fly what the ledger lacks; returns why it stopped early, or nothing."""
+    violating = 0
+
+    def flown(orders: Iterable[Order]) -> Iterator[tuple[int, Judged]]:
+        return study_workers.conduct(orders, workers, fly_numbered)
+
+    def run(advance: Callable[[str], None]) -> None:
+        def step(entry: Entry) -> bool:
+            nonlocal violating
+            violating += bool(entry.judged.violations)
+            advance(f"{violating} with a violation")
+            return first and violating > 0
+
+        conduct(plan, space, ledger, flown, step, known)
+
+    return shown(run, plan.runs, 0, "0 with a violation")
+
+
+def _conclude(space: Space, entries: dict[int, Entry], out: Path, stopped: str, again: Again) -> int:
+    """Write the worst flights, shrink the violations, print both; returns the exit status."""
+    found = {number: entry.judged for number, entry in entries.items()}
+    worst = worst_of(found)
+    cases = {
+        name: space.case(entries[number].asked.point, entries[number].asked.seed) for name, number in worst.items()
+    }
+    commands = {name: write_case(case, out / "worst" / name) for name, case in cases.items()}
+    smallest: dict[str, str] = {}
+    print(f"  {'property':12}{'least margin':>13}  flight")
+    for name, number in sorted(worst.items(), key=lambda item: found[item[1]].margins[item[0]].value):
+        margin = found[number].margins[name]
+        print(f"  {name:12}{margin.value:13.3f}  {number}: {margin.what} at {margin.at:.2f} s")
+        if margin.violated and not stopped:
+            case, flights = shrunk(cases[name], name, fly)
+            smallest[name] = write_case(case, out / "found" / name)
+            print(f"  the smallest of {flights} flights that violate it: {smallest[name]}", flush=True)
+    for line in again.lines():
+        print(f"  {line}")
+    write_search(found, commands, smallest, again, out)
+    print(f"  search: {out / 'search.json'}")
+    write_marks(Coverage.of(judged.marks for judged in found.values()), out)
+    if stopped:
+        print(f"flockwire: {stopped}; the same command continues", file=sys.stderr)
+        return 1
+    violating = sum(bool(judged.violations) for judged in found.values())
+    if violating:
+        print(f"flockwire: {violating} of {len(found)} flights violate a property", file=sys.stderr)
+        return 1
+    print(f"flockwire: no violation in {len(found)} flights")
+    return 0

@@ -1,0 +1,161 @@
+"""`flockwire study`: many virtual flights, a progress bar, a table."""
+
+from __future__ import annotations
+
+import re
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+from types import FrameType
+from typing import NoReturn
+
+from flockwire_core.loading import parse_swarm
+from flockwire_lab.coverage import Coverage
+from flockwire_lab.study.file import Study, StudyError, load_study
+from flockwire_lab.study.findings import QUANTITIES, Findings, find, label, quantity, write_worst
+from flockwire_lab.study.flight import Result, fly
+from flockwire_lab.study.ledger import Ledger, missing
+from flockwire_lab.study.page import write_study
+from flockwire_lab.study.variation import Table, rehearse, swarm_table
+from flockwire_lab.study.workers import Workers, WorkersLostError, cluster, conduct, local
+from rich import box
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.table import Table as RichTable
+
+MARKS = "marks.txt"
+NO_CHANCE = "nothing is random, so all runs of a grid point are equal and their interval has no meaning"
+
+
+def options_of(runs: int | None, seed: int | None, duration: float | None, starts: str | None) -> dict[str, object]:
+    """Return the options as keys of a study file; raises StudyError."""
+    options: dict[str, object] = {"runs": runs, "seed": seed, "duration": duration}
+    if starts is not None:
+        if not re.fullmatch(r"\d+(\.\d+)?x\d+(\.\d+)?", starts):
+            raise StudyError(f"--random-starts = {starts!r}: must be WIDTHxDEPTH in m, like 6x6")
+        options["starts"] = {"box": [float(side) for side in starts.split("x")]}
+    return {key: value for key, value in options.items() if value is not None}
+
+
+def study(
+    swarm: Path, file: Path | None, options: dict[str, object], out: Path, jobs: int, scheduler: str, pdf: bool
+) -> int:
+    """Fly the remaining runs, write and print the results; returns the exit status.
+
+    Raises StudyError and SwarmFileError for bad input and ModuleNotFoundError without matplotlib, before anything is
+    written; OSError if `out` fails.
+    """
+    if find_spec("matplotlib") is None:  # said before all flights have flown
+        raise ModuleNotFoundError("No module named 'matplotlib'", name="matplotlib")
+    table = swarm_table(swarm)
+    checked = parse_swarm(table, str(swarm))
+    plan = load_study(file, options, Study)
+    try:
+        rehearse(plan, table)
+    except StudyError as error:
+        raise StudyError("\n".join(f"{file or swarm}: {line}" for line in str(error).split("\n"))) from None
+    place: AbstractContextManager[Workers] = cluster(scheduler) if scheduler else local(jobs)
+    with place as workers, Ledger(out, plan, table, Result) as ledger:
+        if plan.runs > 1 and plan.equal_runs(checked):
+            print(f"flockwire: warning: runs = {plan.runs}: {NO_CHANCE}", file=sys.stderr)
+        stopped = _fly(plan, table, ledger, workers)
+        findings = find(checked, plan, ledger.results)
+    if findings.results:
+        write_worst(findings, table, out)
+        write_study(findings, checked, out, pdf)
+        _print(findings, out)
+        write_marks(Coverage.of(result.marks for result in ledger.results), out)
+    return _verdict(findings, stopped)
+
+
+def write_marks(coverage: Coverage, out: Path) -> None:
+    """Write the table of the marks that the flights reached, print how many they are. Raises OSError."""
+    (out / MARKS).write_text("\n".join(coverage.table()) + "\n", encoding="utf-8")
+    print(f"  marks (rare events in the code): {coverage.line}: {out / MARKS}")
+
+
+def _fly(plan: Study, table: Table, ledger: Ledger[Result], workers: Workers) -> str:
+    """Fly the runs that the ledger lacks; returns why it stopped early, or nothing."""
+    tasks, runs = missing(plan, table, ledger.results), plan.runs * len(plan.points)
+    failures = sum(not r.ok for r in ledger.results if r.run < plan.runs)
+
+    def run(advance: Callable[[str], None]) -> None:
+        nonlocal failures
+        for result in conduct(tasks, workers, fly):
+            ledger.add(result)
+            failures += not result.ok
+            advance(f"{failures} failed")
+
+    return shown(run, runs, runs - len(tasks), f"{failures} failed")
+
+
+def shown(run: Callable[[Callable[[str], None]], None], total: int, done: int, text: str) -> str:
+    """Call `run` with a bar, of which `done` of `total` flights are done; returns why it stopped early, or nothing.
+
+    `run` calls its argument with the bar's new text after each flight.
+    """
+    columns = (BarColumn(None), MofNCompleteColumn(), TextColumn("{task.description}"), TimeElapsedColumn(),
+               TimeRemainingColumn())  # fmt: skip
+    try:
+        with _terminable(), Progress(*columns, console=Console(stderr=True)) as progress:
+            bar = progress.add_task(text, total=total, completed=done)
+            run(lambda text: progress.update(bar, advance=1, description=text))
+    except KeyboardInterrupt:
+        return "stopped"
+    except WorkersLostError as error:
+        return str(error)
+    return ""
+
+
+@contextmanager
+def _terminable() -> Iterator[None]:
+    """Let SIGTERM end the study like Ctrl-C, with all finished runs kept."""
+
+    def end(_: int, __: FrameType | None) -> NoReturn:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, end)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _print(findings: Findings, out: Path) -> None:
+    console = Console(width=None if sys.stdout.isatty() else 160)
+    table = RichTable(box=box.SIMPLE_HEAD, title=f"{findings.swarm}: {len(findings.results)} virtual flights")
+    for heading in ("", "figure", "50 %", "95 %", "99 %", "worst", "its seed"):
+        table.add_column(heading, justify="left" if heading in ("", "figure") else "right")
+    for row in findings.rows:
+        interval = f"95 % interval: {100 * row.low:.2f} to {100 * row.high:.2f} %"
+        table.add_row(label(row.point), f"success {row.successes} of {row.runs} = {100 * row.rate:.2f} %; {interval}")
+        for name, count in row.failed.items():
+            table.add_row("", f"  {count} failed: {name}")
+        for one in QUANTITIES:
+            quantiles = row.figures[one.key]
+            if quantiles is not None:
+                cells = (quantity(v, one.unit) for v in (quantiles.p50, quantiles.p95, quantiles.p99, quantiles.worst))
+                table.add_row("", one.text, *cells, str(quantiles.worst_seed))
+        table.add_section()
+    console.print(table)
+    print("  the worst runs:")
+    for result in findings.worst:
+        verdict = result.reason or f"ok, {result.margin:.2f} x the safety distance"
+        print(f"  {result.seed}  {label(dict(findings.plan.points[result.point]))}: {verdict}")
+    if command := findings.again(findings.worst[0]).get("command"):
+        print(f"  to repeat the worst: {command.replace('worst/', f'{out}/worst/')}")
+    print(f"  study: {out / 'study.html'}")
+
+
+def _verdict(findings: Findings, stopped: str) -> int:
+    if stopped:
+        print(f"flockwire: {stopped}; the same command continues", file=sys.stderr)
+        return 1
+    if findings.failures:
+        print(f"flockwire: {findings.failures} of {len(findings.results)} runs failed", file=sys.stderr)
+        return 1
+    print(f"flockwire: all {len(findings.results)} runs well")
+    return 0

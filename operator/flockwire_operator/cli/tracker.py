@@ -1,0 +1,114 @@
+"""The commands `tracker` and `align`: a tracker's data quality, and its frame on the field."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from flockwire_core.swarm.wording import printable
+from flockwire_core.wire.plan import Plan
+
+from flockwire_operator.cli.arguments import AsJson, SwarmFile
+from flockwire_operator.cli.inputs import load, refuse
+
+if TYPE_CHECKING:
+    from flockwire_core.domain.vector import Vector
+    from flockwire_mocap.survey.inspection import BodyFigures, Inspection
+    from flockwire_mocap.tracking import SourceState
+
+Seconds = Annotated[float, typer.Option(min=0.5, max=60.0, help="Seconds to listen.")]
+
+app = typer.Typer()
+
+
+@app.command()
+def tracker(swarm: SwarmFile, seconds: Seconds = 1.5, as_json: AsJson = False) -> None:
+    """List the tracker's bodies with rate, jitter, latency, loss, and the problems to correct before a flight."""
+    plan = load(swarm)
+    inspection, state = _listen(plan, seconds)
+    rows, problems = inspection.figures(), inspection.problems(state.trouble)
+    if as_json:
+        from flockwire_operator.station.answers import text  # noqa: PLC0415
+
+        print(text({"bodies": [row._asdict() for row in rows], "counts": dict(state.counts), "problems": problems}))
+    else:
+        _print(rows, state)
+    for problem in problems:
+        print(f"flockwire: {printable(problem)}", file=sys.stderr)
+    if problems:
+        raise typer.Exit(1)
+    if not as_json:
+        print("all drones' bodies are present, tracked, still, and at their starts")
+
+
+def _print(rows: Sequence[BodyFigures], state: SourceState) -> None:
+    if rows:
+        print(f"{'body':20}{'drone':>7}{'Hz':>8}{'jitter ms':>11}{'latency ms':>12}{'lost':>8}  position, m")
+    for row in rows:
+        print(_line(row))
+    if state.counts:
+        print(", ".join(f"{count} {printable(what)}" for what, count in state.counts))
+
+
+@app.command()
+def align(
+    swarm: SwarmFile,
+    at: Annotated[
+        list[str] | None,
+        typer.Option(metavar="BODY=X,Y,Z", help="A body at a known place, m [each drone's at its start]."),
+    ] = None,
+    seconds: Seconds = 1.5,
+) -> None:
+    """Find rotation and offset from the tracker's frame to the field's, from bodies at known places."""
+    from flockwire_mocap.survey.alignment import AlignmentError, align_bodies  # noqa: PLC0415
+
+    plan = load(swarm)
+    known = _places(plan, at or [])
+    inspection, state = _listen(Plan(plan.swarm.unaligned()), seconds)
+    seen = inspection.places()
+    if state.trouble and not seen:
+        refuse(state.trouble)
+    try:
+        found = align_bodies(seen, known)
+    except AlignmentError as error:
+        refuse(str(error))
+    for name, residual in zip(known, found.residuals, strict=True):
+        print(f"{name:20} {1000 * residual:7.1f} mm left")
+    if found.doubtful:
+        print("flockwire: warning: a body is at a wrong place, or two are exchanged", file=sys.stderr)
+    print("", *found.table(), sep="\n")
+
+
+def _listen(plan: Plan, seconds: float) -> tuple[Inspection, SourceState]:
+    from flockwire_mocap.survey.listening import listen  # noqa: PLC0415
+
+    try:
+        return asyncio.run(listen(plan, seconds))
+    except (OSError, ValueError) as error:
+        refuse(str(error))
+
+
+def _line(row: BodyFigures) -> str:
+    drone = "" if row.drone is None else str(row.drone)
+    where = "not tracked" if row.position is None else "  ".join(f"{part:.3f}" for part in row.position)
+    times = f"{row.rate:8.1f}{1000 * row.jitter:11.2f}{1000 * row.latency:12.2f}"
+    return f"{printable(row.name):20}{drone:>7}{times}{row.lost:8.1%}  {where}"
+
+
+def _places(plan: Plan, given: list[str]) -> dict[str, Vector]:
+    """Return the known places by body."""
+    swarm = plan.swarm
+    if not given:
+        return {str(swarm.body(i)): swarm.drone(i).start for i in swarm.flying}
+    found: dict[str, Vector] = {}
+    for text in given:
+        name, _, place = text.rpartition("=")
+        try:
+            x, y, z = map(float, place.split(","))
+        except ValueError:
+            refuse(f"--at = {text!r}: must be BODY=X,Y,Z, in m")
+        found[name] = (x, y, z)
+    return found

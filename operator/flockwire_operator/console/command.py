@@ -1,0 +1,64 @@
+"""Serves the page, and Foxglove if requested, until it is interrupted."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+import sys
+from contextlib import ExitStack, closing
+from pathlib import Path
+
+from aiohttp import web
+from flockwire_core import clock
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.processes import CONSOLE
+
+from flockwire_operator.console.foxglove_server import FoxgloveServer
+from flockwire_operator.console.server import Pages
+from flockwire_operator.station.connecting import connected
+from flockwire_operator.station.operator import Operator
+from flockwire_operator.station.terminal.interrupts import interrupts
+
+POLL = 0.1  # s
+UNSAFE_PORT = "--port = {port}: browsers refuse to open this port (ERR_UNSAFE_PORT); choose another, like 8420"
+UNSAFE = frozenset({  # the "bad ports" of https://fetch.spec.whatwg.org
+    1, 7, 9, 11, 13, 15, 17, 19, 20, 21, 22, 23, 25, 37, 42, 43, 53, 69, 77, 79, 87, 95, 101, 102, 103, 104, 109, 110,
+    111, 113, 115, 117, 119, 123, 135, 137, 139, 143, 161, 179, 389, 427, 465, 512, 513, 514, 515, 526, 530, 531, 532,
+    540, 548, 554, 556, 563, 587, 601, 636, 989, 990, 993, 995, 1719, 1720, 1723, 2049, 3659, 4045, 4190, 5060, 5061,
+    6000, 6566, 6665, 6666, 6667, 6668, 6669, 6679, 6697, 10080,
+})  # fmt: skip
+
+
+async def serve(plan: Plan, keys: Path, address: str, port: int, foxglove: int | None = None) -> bool:
+    """Serve the pages of a swarm at `address`, and Foxglove at the port `foxglove` of it, None: not at all.
+
+    Returns False if it was interrupted before the router answered. Raises OSError if the port cannot be opened,
+    CredentialsError, FoxgloveError.
+    """
+    if port in UNSAFE:
+        print(f"flockwire: warning: {UNSAFE_PORT.format(port=port)}", file=sys.stderr)
+    token = secrets.token_urlsafe(16)
+    with interrupts() as interrupted, ExitStack() as stack:
+        session = await connected(plan, CONSOLE.kind, keys, interrupted)
+        if session is None:
+            return False
+        stack.enter_context(session)
+        host = f"[{address}]" if ":" in address else address
+        viewers = None
+        if foxglove is not None:
+            viewers = stack.enter_context(closing(FoxgloveServer(plan, CONSOLE.kind, session, address, foxglove)))
+        pages = Pages(plan, Operator(plan, session, CONSOLE.kind), token, address)
+        runner = web.AppRunner(pages.application(), access_log=None)
+        await runner.setup()
+        try:
+            await web.TCPSite(runner, address, port).start()
+            print(f"flockwire: http://{host}:{port}/#{token}", flush=True)
+            if viewers is not None:
+                print(f"flockwire: Foxglove and Lichtblick: ws://{host}:{viewers.port}", flush=True)
+            while not interrupted.count:
+                if viewers is not None:
+                    viewers.forward(clock.now())
+                await asyncio.sleep(POLL)
+        finally:
+            await runner.cleanup()
+    return True

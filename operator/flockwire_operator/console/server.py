@@ -1,0 +1,204 @@
+"""The page's server: files, one websocket for each page, orders from pages with the token.
+
+The session to the swarm stays open, so a stop is sent at once.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import hmac
+import ipaddress
+import json
+import logging
+import re
+from collections.abc import AsyncIterator, Coroutine
+from pathlib import Path
+from typing import Any
+
+from aiohttp import WSMsgType, web
+from flockwire_analysis.view import filled, outline, scripts, style
+from flockwire_core import clock
+from flockwire_core.domain.time import nanoseconds
+from flockwire_core.ground.order import Answer, Order
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.processes import CONSOLE
+
+from flockwire_operator.console.picture import Scene
+from flockwire_operator.station.operator import Operator
+
+PAGE = Path(__file__).with_name("page")
+PERIOD = 0.1  # s between two pictures
+ORDERS = ("start", "formation", "hold", "land", "stop")
+LONGEST_ORDER = 4096  # bytes
+MOST_PAGES = 32  # with the token, and as many without: those keep no operator out
+LONGEST_SEND = 1.0  # s for a page to accept a picture
+HEARTBEAT = 20.0  # s: with less, a busy station could disconnect a page that is about to order a stop
+OTHER_LINK = "this link has the token of another console; open the link that the console printed at its last start"
+POLICY = (
+    "default-src 'self'; connect-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'; "
+    "form-action 'none'"
+)
+_HOST = re.compile(r"(?:\[(?P<v6>[^\]]*)\]|(?P<name>[^:]*))(?::\d+)?")
+
+
+class Pages:
+    """Serves the pages of one swarm, requested by its `address` or by an IP address."""
+
+    def __init__(self, plan: Plan, operator: Operator, token: str, address: str = "localhost") -> None:
+        self._plan, self._operator, self._token = plan, operator, token
+        self._names = frozenset({"localhost", address.lower()})
+        self._scene = Scene(plan)
+        self._files = _files()
+        self._due, self._failed = 0, ""  # next picture, monotonic ns; last failure
+        self._sockets: dict[web.WebSocketResponse, asyncio.Transport] = {}
+        self._operating_pages: set[web.WebSocketResponse] = set()  # those with the token
+        self._sending: set[web.WebSocketResponse] = set()  # pages that have not accepted the last picture yet
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    def application(self) -> web.Application:
+        """Return the ASGI application."""
+        app = web.Application(middlewares=[self._guarded])
+        for path in self._files:
+            app.router.add_get(path, self._file)
+        app.router.add_get("/live", self._live)
+        app.cleanup_ctx.append(self._operating)
+        return app
+
+    @web.middleware
+    async def _guarded(self, request: web.Request, handler: Any) -> web.StreamResponse:  # noqa: ANN401  (aiohttp's)
+        """Answer 403 unless the host is an IP address, localhost or the own address: DNS may lead others here."""
+        if not is_own(request.headers.get("Host", ""), self._names):
+            raise web.HTTPForbidden(text="the console does not accept this host name; open it by its IP address")
+        response: web.StreamResponse = await handler(request)
+        if not response.prepared:
+            response.headers["Content-Security-Policy"] = POLICY
+            response.headers["X-Content-Type-Options"] = "nosniff"
+            response.headers["Referrer-Policy"] = "no-referrer"
+            response.headers["Cache-Control"] = "no-store"
+        return response
+
+    async def _file(self, request: web.Request) -> web.StreamResponse:
+        text, content_type = self._files[request.path]
+        return web.Response(text=text, content_type=content_type, charset="utf-8")
+
+    async def _live(self, request: web.Request) -> web.StreamResponse:
+        """Show the flight to a page; a page with the token may give orders, a wrong token is refused."""
+        given = request.query.get("token", "")
+        if given and not hmac.compare_digest(given.encode(), self._token.encode()):
+            raise web.HTTPForbidden(text=OTHER_LINK)
+        origin = request.headers.get("Origin")
+        if origin is not None and origin.partition("://")[2] != request.host:
+            raise web.HTTPForbidden(text="another site's page")
+        alike = self._operating_pages if given else self._sockets.keys() - self._operating_pages
+        if len(alike) >= MOST_PAGES:
+            raise web.HTTPServiceUnavailable(text=f"{MOST_PAGES} pages are open already")
+        socket = web.WebSocketResponse(max_msg_size=LONGEST_ORDER, heartbeat=HEARTBEAT)
+        await socket.prepare(request)
+        transport = request.transport
+        assert transport is not None  # noqa: S101  (the connection was just answered)
+        await socket.send_json({"outline": outline(self._plan), "orders": bool(given)})
+        self._sockets[socket] = transport
+        if given:
+            self._operating_pages.add(socket)
+        try:
+            async for message in socket:
+                if message.type is WSMsgType.TEXT and given:
+                    self._order(socket, message.data)
+        finally:
+            self._sockets.pop(socket, None)
+            self._operating_pages.discard(socket)
+        return socket
+
+    def _order(self, socket: web.WebSocketResponse, text: str) -> None:
+        """Give the order of a page; a stop is sent first."""
+        try:
+            asked: dict[str, Any] = json.loads(text)
+            order = Order(asked["order"], str(asked.get("formation", "")), reason="the order of a page")
+        except (ValueError, TypeError, KeyError):
+            return
+        if order.verb not in ORDERS or (order.formation and order.formation not in self._plan.swarm.formations):
+            return
+        self._operator.ask(order, answered=lambda answer: self._begin(self._answer(socket, order, answer)))
+
+    def _begin(self, work: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _answer(self, socket: web.WebSocketResponse, order: Order, answer: Answer) -> None:
+        reason = answer.refusal or (f"not confirmed by {', '.join(answer.missing)}" if answer.missing else "")
+        with contextlib.suppress(ConnectionError):
+            await socket.send_json({"answer": {"order": order.verb, "failed": reason, "note": answer.note}})
+
+    async def _operating(self, _: web.Application) -> AsyncIterator[None]:
+        task = asyncio.create_task(self._operate())
+        yield
+        task.cancel()
+
+    async def _operate(self) -> None:
+        """Run the operator; log a failure once, and continue with the next turn."""
+        while True:
+            try:
+                await self._operator.run(self._turn, PERIOD)
+            except Exception as error:
+                self._log(error, "cannot continue an order")
+                await asyncio.sleep(PERIOD)
+
+    def _turn(self, now: int) -> bool | None:
+        """Send a picture, but not at every turn while an order is being given; pages report missing pictures."""
+        if clock.monotonic() >= self._due:
+            self._due = clock.monotonic() + nanoseconds(PERIOD) // 2
+            try:
+                self._show(now)
+                self._failed = ""
+            except Exception as error:
+                self._log(error, "cannot make a picture for the pages")
+        return None
+
+    def _log(self, error: Exception, what: str) -> None:
+        if repr(error) != self._failed:
+            self._failed = repr(error)
+            logging.getLogger(CONSOLE.kind).exception(what)
+
+    def _show(self, now: int) -> None:
+        """Send all states to the pages that have accepted the last picture."""
+        ready = [socket for socket in self._sockets if socket not in self._sending]
+        if ready:
+            picture = json.dumps(self._scene.snapshot(self._operator.statuses, now), separators=(",", ":"))
+            for socket in ready:
+                self._sending.add(socket)
+                self._begin(self._send(socket, self._sockets[socket], picture))
+
+    async def _send(self, socket: web.WebSocketResponse, transport: asyncio.Transport, picture: str) -> None:
+        """Send to a page; disconnect it without waiting if it accepts nothing for a while."""
+        try:
+            await asyncio.wait_for(socket.send_str(picture), LONGEST_SEND)
+        except (TimeoutError, ConnectionError):
+            transport.abort()
+        finally:
+            self._sending.discard(socket)
+
+
+def _files() -> dict[str, tuple[str, str]]:
+    """Return the page's files by path, each with its type: its own, and what it shares with the replay page."""
+    app, orders = (PAGE / name for name in ("app.js", "orders.css"))
+    return {
+        "/": (filled(PAGE / "index.html"), "text/html"),
+        "/style.css": (style(), "text/css"),
+        "/orders.css": (orders.read_text(encoding="utf-8"), "text/css"),
+        "/scene.js": (scripts(), "text/javascript"),
+        "/app.js": (app.read_text(encoding="utf-8"), "text/javascript"),
+    }
+
+
+def is_own(host: str, names: frozenset[str]) -> bool:
+    """Return whether `host`, a Host header, is an IP address or one of `names`, with any port."""
+    found = _HOST.fullmatch(host)
+    if found is None:
+        return False
+    try:
+        ipaddress.ip_address(found["v6"] or found["name"])
+    except ValueError:
+        return (found["name"] or "").lower() in names
+    return True

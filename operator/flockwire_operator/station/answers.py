@@ -1,0 +1,82 @@
+"""What `check`, `status` and `tracker` answer with --json: stable names, SI units, null where there is no figure."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from math import isfinite
+from typing import Any
+
+from flockwire_core.control.convergence import convergence
+from flockwire_core.domain.time import SECOND
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.status import Status
+
+Answer = dict[str, Any]
+
+
+def text(answer: Answer) -> str:
+    """Return an answer as JSON; a number without a value is null."""
+    return json.dumps(_finite(answer), indent=2, ensure_ascii=False, allow_nan=False)
+
+
+def description(plan: Plan, warnings: Iterable[str]) -> Answer:
+    """Return what `check` finds in a sound swarm file."""
+    swarm = plan.swarm
+    graph, depths, observer = swarm.topology, swarm.topology.depths(), swarm.observer
+    bound = convergence(graph, observer.gain, observer.exponent, swarm.leader.input_bound)
+    surveys = {name: swarm.survey(name) for name in swarm.formation_names}
+    return {
+        "name": swarm.name,
+        "leader": swarm.leader.kind,
+        "law": swarm.control.law,
+        "followers": [
+            {"id": i, "from": {str(j): weight for j, weight in graph.neighbours(i).items()}, "hops": depths[i]}
+            for i in swarm.followers
+        ],
+        "observer": {"lambda_min": bound.lambda_min, "theta": bound.margin, "settling_time": bound.settling_time_bound},
+        "formations": [
+            {"name": name, "kind": swarm.formation_table(name).kind, "fastest": survey.max_speed}
+            | {"tightest": min(survey.min_distance, survey.min_distance_leader)}
+            for name, survey in surveys.items()
+        ],
+        "processes": list(plan.started),
+        "warnings": list(warnings),
+    }
+
+
+def state(plan: Plan, statuses: Mapping[str, Status], now: int) -> Answer:
+    """Return the state of each process at `now` (Unix ns); null without a status."""
+    found = {identity: statuses.get(identity) for identity in plan.started}
+    processes = {identity: None if status is None else _process(status, now) for identity, status in found.items()}
+    return {"name": plan.swarm.name, "time": now / SECOND, "processes": processes}
+
+
+def _process(status: Status, now: int) -> Answer:
+    report = status.report
+    flown = report.mission if report.mission is not None and report.mission.in_formation else None
+    return {
+        "age": (now - status.stamp) / SECOND,
+        "phase": report.phase,
+        "detail": report.line,
+        "formation": None if flown is None else flown.formation,
+        "position": report.position,
+        "battery": _known(report.battery),
+        "formation_error": _known(report.formation_error),
+        "pose_age": _known(report.pose_age),
+        "links": list(status.links),
+        "rejected": sum(count for _, count in status.rejected),
+        "refused": status.refused,
+    }
+
+
+def _known(figure: float) -> float | None:
+    return None if figure < 0.0 else figure
+
+
+def _finite(value: Any) -> Any:  # noqa: ANN401  (any part of an answer)
+    if isinstance(value, dict):
+        return {key: _finite(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(inner) for inner in value]
+    return None if isinstance(value, float) and not isfinite(value) else value

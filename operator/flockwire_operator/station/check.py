@@ -1,0 +1,242 @@
+"""`flockwire check`: the description and the warnings of a swarm before it flies."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from math import inf, sqrt
+
+# One thread: the threads of numpy's library wait for each other in busy loops. If other processes use the cores, an
+# eigenvalue of 1000 drones takes twelve seconds instead of one. It is read at numpy's import.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+from flockwire_core import clock
+from flockwire_core.control.airframe.first_order_lag import critical_gain, smallest_smoothing
+from flockwire_core.control.convergence import convergence, smallest_observer_gain
+from flockwire_core.control.graph import LEADER
+from flockwire_core.control.leader_track import leader_time_constant, motion_error, noise_gain
+from flockwire_core.domain.vector import norm
+from flockwire_core.objects import load_object
+from flockwire_core.own_law import step_time
+from flockwire_core.parameters import guard_parameters
+from flockwire_core.swarm.airframes import AIRFRAMES, ByItself
+from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.wire.plan import Plan
+
+from flockwire_operator.station.idle_options import idle
+from flockwire_operator.station.prediction import predicted
+
+DEPTH_HORIZON = 40.0  # s of the leader's trajectory that are evaluated
+DEEP = 6  # hops beyond which noise and delay add up
+
+
+def describe(plan: Plan, duration: float = 40.0) -> str:
+    """Return the description for `check`; `duration` is the flight's, s."""
+    swarm = plan.swarm
+    lines = [*_graph(plan), "", *_lemma(swarm), *_depth(swarm), "", *_formations(swarm, duration), ""]
+    lines += [*_airframes(plan), ""]
+    if off := sorted(swarm.checks.off):
+        lines += [f"not judged after a flight ([checks]): {', '.join(off)}", ""]
+    warned = [f"warning: {line}" for line in (*warnings(swarm), *predicted(swarm, duration))]
+    return "\n".join([*lines, *_links(plan), *([""] if warned else []), *warned])
+
+
+def _graph(plan: Plan) -> Iterator[str]:
+    swarm = plan.swarm
+    graph, depths = swarm.topology, swarm.topology.depths()
+    yield f"swarm {swarm.name}: {len(swarm.followers)} followers, leader {swarm.leader.kind}, law {swarm.control.law}"
+    yield from _carried(swarm)
+    yield ""
+    yield "who receives from whom (weight)             hops from the leader"
+    for i in swarm.followers:
+        neighbours = ", ".join(f"{plan.pilot[j]} ({weight:g})" for j, weight in graph.neighbours(i).items())
+        yield f"  {uav(i):<7} from {neighbours:<37} {depths[i]}"
+
+
+def _carried(swarm: Swarm) -> Iterator[str]:
+    if swarm.leader.kind != "tracked":
+        return
+    height = swarm.drone(LEADER).start[2]
+    yield f"  {uav(LEADER)} is the tracker's body {swarm.body(LEADER)!r}: a person carries it. It never flies,"
+    yield "  receives no orders, and no drone waits for it. The others fly around it, at the height of their places"
+    yield f"  above or below it ({height:.2f} m at first). They keep {swarm.person_clearance:.2f} m from its centre"
+    if swarm.walking:
+        yield "  simulated: the person walks [leader.trajectory] after a start order, and stands still after any other"
+
+
+def _lemma(swarm: Swarm) -> Iterator[str]:
+    observer = swarm.observer
+    result = convergence(swarm.topology, observer.gain, observer.exponent, swarm.leader.input_bound)
+    bound = "none" if result.settling_time_bound == inf else f"{result.settling_time_bound:.1f} s"
+    yield f"observer (8): mu = {observer.gain:g} m/s, p = {observer.exponent:g}, {observer.step} step"
+    yield f"  lambda_min(Lhat) = {result.lambda_min:.5f}   theta = {result.margin:.5f} m/s   settling time <= {bound}"
+
+
+def _depth(swarm: Swarm) -> Iterator[str]:
+    """Yield the expected error of the deepest drone's estimate with the extended law."""
+    if swarm.control.law != "extended":
+        return
+    depths = swarm.topology.depths()
+    deepest = max(swarm.followers, key=lambda i: depths[i])
+    constant = swarm.observer.leader_time_constant or leader_time_constant(depths[deepest])
+    age = swarm.gateway.latency + depths[deepest] * (swarm.sim.delay + 1.0 / swarm.control.rate_hz)
+    period = 1.0 / swarm.gateway.rate_hz
+    noise = 1e3 * swarm.gateway.noise * noise_gain(constant, age, period)
+    moving = 1e3 * motion_error(swarm.leader.course(), constant, age, period, DEPTH_HORIZON)
+    yield (
+        f"  deepest: {uav(deepest)}, {depths[deepest]} hops, data up to {1e3 * age:.0f} ms old; error of its estimate: "
+        f"{noise:.2f} mm per axis from noise (standard deviation), {moving:.2f} mm at most from the leader's turns"
+    )
+
+
+def _formations(swarm: Swarm, duration: float) -> Iterator[str]:
+    safe, limits = swarm.drone_spacing, swarm.limits
+    fence = f"{list(limits.fence.low)} to {list(limits.fence.high)}"
+    if limits.fence.polygon:
+        fence += f", polygon of {len(limits.fence.polygon)} corners"
+    for name in swarm.formation_names:
+        kind = swarm.formation_table(name).kind
+        shape = swarm.survey(name, duration)
+        low, high = (", ".join(f"{x:.2f}" for x in corner) for corner in (shape.low, shape.high))
+        yield f"formation {name or '(default)'}: {kind}"
+        yield f"  fastest  {shape.max_speed:6.2f} m/s  limit {limits.speed:.2f} m/s"
+        yield f"  tightest {min(shape.min_distance, shape.min_distance_leader):6.2f} m    limit {safe:.2f} m"
+        yield f"  reaches  [{low}] to [{high}] m from the leader; fence {fence}"
+
+
+def _airframes(plan: Plan) -> Iterator[str]:
+    """Yield each drone's airframe and its own reactions: its driver must be faster."""
+    swarm = plan.swarm
+    for name in dict.fromkeys(swarm.drone(number).airframe for number in swarm.flying):
+        row, frame = swarm.airframe_row(name), swarm.airframes[name]
+        drones = ", ".join(uav(number) for number in swarm.flying if swarm.drone(number).airframe == name)
+        driven = "with a driver each" if row.driver else "driven by its simulation"
+        yield f"airframe {name} ({drones}): {row.kind}, lag {frame.lag:g} s, dead time {frame.dead_time:g} s, {driven}"
+        yield f"  by itself: without setpoints it {_by_itself(row.without_setpoints)},"
+        yield f"  without poses it {_by_itself(row.without_poses)}, without its link it {_by_itself(row.without_link)}"
+    yield from _cameras(swarm)
+
+
+def _cameras(swarm: Swarm) -> Iterator[str]:
+    """Yield what simulated cameras measure, and whether the simulated world is perfect."""
+    table, frames = swarm.gateway, [swarm.airframes[swarm.drone(number).airframe] for number in swarm.simulated]
+    if table.source != "simulated" and table.twin is None:
+        return
+    measured = f"noise {1e3 * table.noise:g} mm, latency {1e3 * table.latency:g} ms"
+    yield f"cameras: simulated, {table.rate_hz:g} Hz, {measured}, {100.0 * table.dropout:g} % of the samples lost"
+    if not any((table.noise, table.latency, table.dropout, *(frame.lag or frame.dead_time for frame in frames))):
+        yield "  a perfect world: no noise, no latency, no lag (`flockwire init` writes those of a laboratory)"
+
+
+def _by_itself(one: ByItself) -> str:
+    return one.does if one.after == inf else f"{one.does} after {one.after:g} s"
+
+
+def _links(plan: Plan) -> Iterator[str]:
+    yield "process       listens at            linked to"
+    for identity, endpoint in plan.endpoints.items():
+        links = plan.links[identity]
+        links_all = len(links) == len(plan.identities) - 1
+        yield f"  {identity:<11} {endpoint:<21} {'all' if links_all else ', '.join(links)}"
+    if plan.reserved:
+        ports = [int(endpoint.rpartition(":")[2]) for endpoint in plan.reserved.values()]
+        yield f"  operators dial ports of their own: {min(ports)} to {max(ports)}"
+
+
+def warnings(swarm: Swarm) -> Iterator[str]:
+    """Yield warnings of settings that are allowed but unlikely to fly well."""
+    yield from _observer_warnings(swarm)
+    yield from _wind_warnings(swarm)
+    yield from _law_warnings(swarm)
+    if swarm.control.law == "paper":
+        yield from _compensation_warnings(swarm)
+        for number in swarm.followers:
+            yield from _oscillation(swarm, number)
+    if swarm.control.filtered:
+        yield from _sight_warnings(swarm)
+    for row in AIRFRAMES:
+        if row.warnings:
+            yield from load_object(row.warnings)(swarm)
+    yield from idle(swarm)
+
+
+def _observer_warnings(swarm: Swarm) -> Iterator[str]:
+    graph, observer, bound = swarm.topology, swarm.observer, swarm.leader.input_bound
+    result = convergence(graph, observer.gain, observer.exponent, bound)
+    if result.margin <= 0.0:
+        smallest = smallest_observer_gain(graph, bound)
+        if smallest == inf:
+            yield (
+                f"theta = {result.margin:.3f}: Lemma 3 proves nothing on this graph for any observer.gain (it is a "
+                "sufficient condition; wide graphs fail it and converge all the same)"
+            )
+        else:
+            yield (
+                f"theta = {result.margin:.3f} <= 0: Lemma 3 does not prove convergence; observer.gain = "
+                f"{observer.gain:g} must be above {smallest:.2f} m/s"
+            )
+    deepest = swarm.depth
+    if deepest > DEEP:
+        yield f"the deepest drone is {deepest} hops from the leader: noise and delay grow with every hop beyond {DEEP}"
+
+
+def _law_warnings(swarm: Swarm) -> Iterator[str]:
+    """Yield a warning if a step of the user's law takes longer than the control period on this machine."""
+    period = 1.0 / swarm.control.rate_hz
+    if swarm.control.own_law and (step := step_time(swarm, clock.monotonic)) > period:
+        yield (
+            f"control.law = {swarm.control.law!r}: a step takes {1e3 * step:.0f} ms here, control.rate_hz = "
+            f"{swarm.control.rate_hz} leaves {1e3 * period:g} ms: a real flight misses steps; virtual time does not"
+        )
+
+
+def _compensation_warnings(swarm: Swarm) -> Iterator[str]:
+    phi, input_norm = swarm.control.compensation_gain, swarm.leader.input_bound * sqrt(2.0)
+    if phi < input_norm:
+        yield (
+            f"control.compensation_gain = {phi:g} m/s is below the leader's largest input, {input_norm:.3f} m/s "
+            "(leader.input_bound on both axes): (9) cannot compensate it"
+        )
+
+
+def _wind_warnings(swarm: Swarm) -> Iterator[str]:
+    control, most = swarm.control, norm(swarm.wind.velocity) + swarm.wind.gust
+    compensated = control.disturbance if control.filtered else 0.0
+    if most > compensated and swarm.simulated:
+        yield (
+            f"the wind of up to {most:g} m/s is above what drones compensate, control.disturbance = {compensated:g}: "
+            f"they will be up to {(most - compensated) / control.formation_gain:.2f} m off their places, or more"
+        )
+
+
+def _sight_warnings(swarm: Swarm) -> Iterator[str]:
+    """Yield a warning if the safety filter limits the speed below the file's limit or the formation's need."""
+    for name in sorted({swarm.drone(number).airframe for number in swarm.followers}):
+        number = next(i for i in swarm.followers if swarm.drone(i).airframe == name)
+        speed = guard_parameters(swarm, number).fastest
+        needed = swarm.survey().max_speed
+        if speed < needed:
+            yield (
+                f"avoidance.sensing_radius = {swarm.avoidance.sensing_radius:g} m lets airframe {name} fly {speed:.2f} "
+                f"m/s and stop in time, the formation needs {needed:.2f} m/s"
+            )
+
+
+def _oscillation(swarm: Swarm, number: int) -> Iterator[str]:
+    """Predict a limit cycle: the slope of (9) at zero error against the airframe's lag and all delays of the loop."""
+    control, frame = swarm.control, swarm.airframe(number)
+    delay = frame.dead_time + swarm.gateway.latency + 1.0 / control.rate_hz
+    slope = frame.gain * (control.formation_gain + control.compensation_gain / control.compensation_smoothing)
+    critical = critical_gain(frame.lag, delay)
+    if slope <= critical:
+        return
+    least = smallest_smoothing(control.formation_gain, control.compensation_gain, frame.lag, delay)
+    cure = (
+        f"control.compensation_smoothing of {least:.2f} m or more would do"
+        if least is not None
+        else f"control.formation_gain = {control.formation_gain:g} alone is too high for it"
+    )
+    yield (
+        f"{uav(number)} will oscillate: gain K + phi/eps = {slope:.0f} /s, its airframe (lag {frame.lag:g} s, delays "
+        f"{delay:.3f} s) bears {critical:.1f} /s; {cure}"
+    )

@@ -1,0 +1,114 @@
+"""A flight conducted at a terminal; `flockwire conduct`: of processes that were started separately."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from flockwire_core.domain.time import SECOND
+from flockwire_core.ground.director import Stage
+from flockwire_core.ground.fleet import unrecorded
+from flockwire_core.ground.giving import LOOK_TIME
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.processes import OPERATOR
+
+from flockwire_operator.station.connecting import UNANSWERED, connected
+from flockwire_operator.station.fault_injection import FaultInjector
+from flockwire_operator.station.host import Host
+from flockwire_operator.station.operator import Operator
+from flockwire_operator.station.processes import Children
+from flockwire_operator.station.restarts import Restarts
+from flockwire_operator.station.terminal.display import Display
+from flockwire_operator.station.terminal.interrupts import Interrupts, interrupts
+from flockwire_operator.station.terminal.keyboard import Keyboard, keys_pressed
+
+COMES_BACK = 10 * SECOND  # ns in which a supervisor has started a process again that ended in flight
+LEFT_TO_THEMSELVES = "left before the drones were known to be down: they land by themselves, the recorder ends last"
+LEFT = "left before the drones were known to be down; `flockwire land` lands them"
+
+
+async def conduct(plan: Plan, keys: Path, duration: float, out: Path | None, headless: bool) -> str:
+    """Fly from take-off to landing; returns why the flight failed, empty if it did not.
+
+    The first interrupt lands. Raises CredentialsError.
+    """
+    with interrupts() as interrupted:
+        session = await connected(plan, OPERATOR.kind, keys, interrupted)
+        if session is None:
+            return UNANSWERED
+        with session:
+            operator, display = Operator(plan, session), Display(plan, plan.started, headless)
+            # Without a gateway this host's time is used.
+            await operator.watch(LOOK_TIME / SECOND, lambda: operator.core.knows_time)
+            operator.conduct(duration, grace=COMES_BACK)
+            if out is not None:
+                display.begin(out)
+            return await at_terminal(operator, display, interrupted, LEFT)
+
+
+async def serve(
+    host: Host,
+    children: Children,
+    operator: Operator,
+    injector: FaultInjector,
+    interrupted: Interrupts,
+    headless: bool = False,
+) -> str:
+    """Look after the processes of `host` until the flight that `operator` conducts is over, or until interrupted.
+
+    Returns why it failed, empty when it did not. Faults are injected, and what died is started again.
+    """
+    display = Display(host.plan, host.processes, headless)
+    display.begin(host.out)
+    restarts = Restarts(host.plan, children, display.note)
+
+    def look_after(now: int) -> str:
+        died, director = restarts.step(now), operator.core.director
+        if director is not None and director.took_off is not None:
+            children.took_off = director.took_off
+            injector.step(now - director.took_off)
+        return died
+
+    try:
+        failure = await at_terminal(operator, display, interrupted, LEFT_TO_THEMSELVES, look_after)
+    finally:
+        await injector.end()
+        await restarts.end()
+    lost = unrecorded(host.plan.recorders, operator.statuses) if host.conducts else ""
+    return "; ".join(filter(None, (failure, lost)))
+
+
+async def at_terminal(
+    operator: Operator,
+    display: Display,
+    interrupted: Interrupts,
+    left: str,
+    beside: Callable[[int], str] = lambda _: "",
+) -> str:
+    """Run `operator` with keys, interrupts and the table until the flight ends; returns why it failed, or empty.
+
+    The first interrupt lands; at the second it returns, with the reason `left`. If another host conducts, it returns at
+    the first. `beside` is called at each turn with the time, Unix ns; it returns a reason to end the flight, or empty.
+    """
+    handled, died = 0, ""
+
+    def turn(now: int) -> str | None:
+        nonlocal handled, died
+        died = beside(now) or died
+        display.update(operator, now)
+        director = operator.core.director
+        if director is None:
+            return died if died or interrupted.count else None
+        if director.stage is Stage.OVER:
+            return director.failure
+        if interrupted.count > 1:
+            return director.failure or left
+        if died:
+            operator.core.abort(died, now)
+        if interrupted.count > handled:
+            handled = interrupted.count
+            operator.core.order("land", now)
+        return None
+
+    with display.shown(), keys_pressed(Keyboard(lambda verb: operator.order(verb, display.note)).press):
+        return await operator.run(turn)

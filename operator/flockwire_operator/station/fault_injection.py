@@ -1,0 +1,117 @@
+"""Injects faults in a real flight: signals to processes of this host, relays on their links."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from collections.abc import Callable
+from functools import partial
+
+from flockwire_core.domain.time import SECOND
+from flockwire_core.process.faults import (
+    SIM_ONLY,
+    AgentFault,
+    AirframeFault,
+    Cut,
+    Fault,
+    Freeze,
+    Kill,
+    LinkChange,
+    Partition,
+    Restart,
+    WindChange,
+)
+from flockwire_core.swarm.model import uav
+from flockwire_core.wire.plan import Plan
+from flockwire_lab.relay import links
+from flockwire_lab.relay.links import LinkFault, Relays
+
+from flockwire_operator.station.host import Host
+from flockwire_operator.station.processes import Children
+
+
+def refusal(faults: tuple[Fault, ...], plan: Plan, host: str) -> str:
+    """Return a line about each value of a fault that `up` on `host` cannot inject; empty if there is none."""
+    return "\n".join(
+        line for place, fault in enumerate(faults) for line in _lines(f"faults.{place}", fault, plan, host)
+    )
+
+
+def _lines(key: str, fault: Fault, plan: Plan, host: str) -> list[str]:
+    if fault.kind in SIM_ONLY:
+        return [f"{key}.kind = {fault.kind!r}: only `flockwire sim` can do this; a real flight cannot"]
+    if isinstance(fault, LinkFault) and (lines := list(links.refusals(key, fault, plan, host))):
+        return lines
+    line = _real(key, fault, plan) or _elsewhere(key, fault, plan, host)
+    return [line] if line else []
+
+
+def _real(key: str, fault: Fault, plan: Plan) -> str:
+    """Return why no process can inject `fault` into real airframes, or empty."""
+    simulated = plan.swarm.simulated
+    if isinstance(fault, AirframeFault) and fault.drone not in simulated:
+        return f"{key}.drone = {fault.drone}: {uav(fault.drone)} is a real drone; must be a simulated one"
+    if isinstance(fault, WindChange) and not simulated:
+        return f"{key}.kind = {fault.kind!r}: the swarm has no simulated drone"
+    return ""
+
+
+def _elsewhere(key: str, fault: Fault, plan: Plan, host: str) -> str:
+    """Return why only another host can inject `fault`, or empty."""
+    if isinstance(fault, Kill | Restart | Freeze):
+        named, processes = f"{key}.process = {fault.process!r}", [fault.process]
+    elif isinstance(fault, AgentFault):
+        named, processes = f"{key}.drone = {fault.drone}", [plan.pilots[fault.drone]]
+    else:
+        named = f"{key}.kind = {fault.kind!r}"
+        processes = [identity for identity in plan.started if fault.kind in plan.rows[identity].faults]
+    far = next((identity for identity in processes if plan.hosts[identity] != host), None)
+    if far is not None:
+        return f"{named}: {far} runs on host {plan.hosts[far]!r}, this is {host!r}; only its own host can do this"
+    if isinstance(fault, LinkFault | Kill | Restart | Freeze) and not plan.conducts(host):
+        conductor = next(name for name in plan.swarm.hosts if plan.conducts(name))
+        return f"{named}: only {conductor!r}, the recorder's host, knows the time; use --faults there, this is {host!r}"
+    return ""
+
+
+class FaultInjector:
+    """Injects `faults` of links and of the processes of `host`, its `children`; times count from the take-off order."""
+
+    def __init__(self, faults: tuple[Fault, ...], host: Host, children: Children, relays: Relays) -> None:
+        self._due = [
+            f
+            for f in faults
+            if isinstance(f, LinkFault) or (isinstance(f, Kill | Restart | Freeze) and f.process in host.processes)
+        ]
+        self._ends: list[tuple[float, Callable[[], None]]] = []
+        self._rows, self._children, self._relays = host.plan.rows, children, relays
+        self._restarts: set[asyncio.Task[None]] = set()
+
+    def step(self, since_takeoff: int) -> None:
+        """Inject the faults due `since_takeoff` ns after the take-off order."""
+        t = since_takeoff / SECOND
+        while self._due and self._due[0].at <= t:
+            self._inject(self._due.pop(0))
+        for end in [end for end in self._ends if end[0] <= t]:
+            self._ends.remove(end)
+            end[1]()
+
+    async def end(self) -> None:
+        """Wait for pending work."""
+        await asyncio.gather(*self._restarts)
+
+    def _inject(self, fault: Kill | Restart | Freeze | LinkFault) -> None:
+        match fault:
+            case Kill() if self._rows[fault.process].restarts:
+                self._children.signal(fault.process, signal.SIGKILL)  # the station detects its death and restarts it
+            case Kill():
+                self._children.kill(fault.process)
+            case Freeze():
+                self._children.signal(fault.process, signal.SIGSTOP)
+                thaw = partial(self._children.signal, fault.process, signal.SIGCONT)
+                self._ends.append((fault.at + fault.duration, thaw))
+            case Restart():
+                task = asyncio.create_task(self._children.restart(fault.process))
+                self._restarts.add(task)
+            case Cut() | LinkChange() | Partition():
+                self._ends.append((fault.at + fault.duration, self._relays.inject(fault)))

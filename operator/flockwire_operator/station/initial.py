@@ -1,0 +1,161 @@
+"""A first swarm file: the required keys, and every other key as a comment with its default."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from itertools import islice
+from math import ceil, pi
+from pathlib import Path
+from typing import Any, get_args
+
+from flockwire_core.control.formation import Circle
+from flockwire_core.swarm.airframes import KINEMATICS
+from flockwire_core.swarm.drones import AirframeKeys
+from flockwire_core.swarm.model import Swarm
+from flockwire_core.swarm.outline import Entry, entries, explanation, kinds, of_field
+from flockwire_core.swarm.schema import default, schema
+from flockwire_core.wire.processes import GATEWAY
+
+SPACING = 1.2  # m between neighbours on the circle
+RATE = 0.3  # rad/s, at most
+SPEED = 0.5  # m/s, most of a follower on its circle: with the lag of LABORATORY neighbours keep it
+CIRCLE = 1.0  # m, of the leader's circle
+REACH = 4.0  # m from the formation to the fence: the leader's circle, and a margin
+LONGEST_NAME = 64  # characters of a swarm's name
+SCHEMA = ".flockwire/swarm.schema.json"
+CAMERAS = GATEWAY.kind  # its table has them
+AIRFRAME = f"airframes.{KINEMATICS.kind}"  # of drones that name no airframe
+LABORATORY = {  # the simulated world: a small quadrotor under cameras at 100 Hz; assumed, not measured
+    AIRFRAME: {"lag": 0.25, "dead_time": 0.1},
+    CAMERAS: {"noise": 0.001, "latency": 0.008},
+}
+FIRST = (  # first tables; the list of drones must be before every [table]
+    "", "drones.N", "formation", "graph", "leader", "leader.trajectory", "limits", "limits.fence", AIRFRAME, CAMERAS,
+)  # fmt: skip
+AIRFRAME_KEYS = AirframeKeys.model_fields.keys() - {"kind"}
+REAL = (
+    "# Simulated flights are in the world of a laboratory: the airframes respond late, the cameras have noise and",
+    "# latency. The values are assumed, those of a small quadrotor and of a tracker at 100 Hz: `flockwire identify`",
+    "# measures an airframe's. A perfect world has none of them: `flockwire init --ideal`.",
+)
+IDEAL = (
+    "# Simulated flights are in a perfect world: the airframes respond at once, the cameras have no noise and no",
+    "# latency. `flockwire init` without --ideal writes the values of a laboratory.",
+)
+WIDTH = 40  # of a key and its value
+
+Given = dict[str, dict[str, Any]]  # by table, by key
+
+
+def write_swarm(file: Path, drones: int, ideal: bool = False) -> None:
+    """Write a swarm file, named after `file`, for a leader and `drones` - 1 followers; beside it a schema for editors.
+
+    Its simulated world is a laboratory's, or `ideal`: without noise, latency and lag. Raises OSError.
+    """
+    name = re.sub(r"\W", "_", file.stem, flags=re.ASCII)
+    if not name[0].isalpha():
+        name = f"swarm_{name}"
+    file.write_text(swarm_text(name[:LONGEST_NAME], drones, ideal), encoding="utf-8")
+    beside = file.parent / SCHEMA
+    beside.parent.mkdir(exist_ok=True)
+    beside.write_text(json.dumps(schema(), indent=1) + "\n", encoding="utf-8")
+
+
+def swarm_text(name: str, drones: int, ideal: bool) -> str:
+    """Return the text of a swarm file for a leader and `drones` - 1 followers, in an `ideal` world or a laboratory."""
+    given = _given(name, drones) | ({} if ideal else LABORATORY)
+    return "\n".join(_lines(given, _places(drones), IDEAL if ideal else REAL)) + "\n"
+
+
+def _given(name: str, drones: int) -> Given:
+    """Return the required values, by table."""
+    radius = _radius(drones)
+    reach = float(ceil(radius + REACH))
+    return {
+        "": {"name": name},
+        "formation": {"kind": "circle", "radius": radius, "rate": round(min(RATE, SPEED / radius), 2)},
+        "graph": {"edges": [[(i - 1) // 2, i] for i in range(1, drones)]},
+        "leader.trajectory": {"kind": "circle", "radius": CIRCLE, "rate": 0.1},
+        "limits.fence": {"min": [-reach, -reach, -0.5], "max": [reach, reach, 3.0]},
+    }
+
+
+def _radius(drones: int) -> float:
+    return max(1.5, ceil(10.0 * SPACING * (drones - 1) / (2.0 * pi)) / 10.0)
+
+
+def _places(drones: int) -> list[list[float]]:
+    """Return each drone's start: the leader in the middle, each follower below its place; m."""
+    circle = Circle(drones - 1, _radius(drones), 0.0)
+    return [[0.0, 0.0, 0.0], *([round(x, 2) + 0.0 for x in circle.offset(rank, 0.0)] for rank in range(drones - 1))]
+
+
+def _lines(given: Given, places: list[list[float]], world: tuple[str, ...]) -> Iterator[str]:
+    yield f"#:schema ./{SCHEMA}"
+    yield "# A swarm. Lengths are m, times s, angles rad; the world frame is ENU with Z up."
+    yield "# A key after a # has the shown default; remove the # to change it (and that of its [table])."
+    tables: dict[str, list[Entry]] = {}
+    for entry in entries(Swarm):
+        tables.setdefault(entry.table, []).append(entry)
+    tables[AIRFRAME] = [entry for entry in tables["airframes.NAME"] if entry.name in AIRFRAME_KEYS]
+    for table in sorted(tables, key=lambda table: FIRST.index(table) if table in FIRST else len(FIRST)):
+        if table == "drones.N":
+            yield from _drones(places)
+        elif table == "obstacles.N":
+            yield from ("", "# [[obstacles]]", *_keys(tables[table], {}), "# center = [4.0, 4.0, 0.0]")
+        elif table == AIRFRAME:
+            yield from ("", *world, *islice(_table(table, tables[table], given.get(table, {})), 1, None))
+        elif not {"NAME", "N"}.intersection(table.split(".")):
+            yield from _table(table, _of_kind(tables[table], given.get(table, {})), given.get(table, {}))
+
+
+def _table(table: str, keys: list[Entry], given: dict[str, Any]) -> Iterator[str]:
+    shown_keys = list(_keys(keys, given))
+    if not shown_keys:
+        return
+    yield ""
+    if table:
+        purpose = re.split(r"[.:;,]", keys[0].model.__doc__ or "")[0]
+        yield f"{f'[{table}]' if given else f'# [{table}]':<{WIDTH}}# {purpose}"
+    yield from shown_keys
+
+
+def _of_kind(keys: list[Entry], given: dict[str, Any]) -> list[Entry]:
+    """Return the keys of the given kind of a table that has several."""
+    members = {get_args(entry.model.model_fields["kind"].annotation): entry.model for entry in keys if "kind" in given}
+    model = members.get((given.get("kind"),))
+    return [entry for entry in keys if model in (None, entry.model)]
+
+
+def _keys(keys: list[Entry], given: dict[str, Any]) -> Iterator[str]:
+    for entry in keys:
+        unit, meaning = explanation(entry.model, entry.name)
+        if entry.name in given and entry.name == "kind":
+            meaning = "or another: docs/swarm_file.md"
+        if entry.name in given:
+            line = f"{entry.name} = {json.dumps(given[entry.name])}"
+        elif _valued(entry):
+            line = f"# {entry.name} = {default(entry).strip('`')}"
+        else:
+            continue
+        yield f"{line:<{WIDTH - 1}} # {', '.join(filter(None, (unit, meaning)))}"
+
+
+def _valued(entry: Entry) -> bool:
+    """Return whether a key has a default that can be written."""
+    return (
+        default(entry).startswith("`")
+        and not kinds(of_field(entry.field)[0])
+        and default(entry) not in ("`{  }`", "`[]`")
+    )
+
+
+def _drones(places: list[list[float]]) -> Iterator[str]:
+    yield ""
+    yield "# Each drone: 0 is the leader, the others follow; start is where it stands, m."
+    yield "drones = ["
+    for number, place in enumerate(places):
+        yield f"  {{ id = {number}, start = {place} }},"
+    yield "]"

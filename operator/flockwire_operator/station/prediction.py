@@ -1,0 +1,148 @@
+"""Predicts problems of a flight: the leader's course and the formation around it, second by second."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from math import dist, hypot, isfinite
+
+from flockwire_core.control.graph import LEADER
+from flockwire_core.control.trajectory import Trajectory
+from flockwire_core.domain.vector import Vector, add, norm
+from flockwire_core.swarm.formation_rules import conflicts
+from flockwire_core.swarm.model import SURVEY_HORIZON, Swarm, uav
+
+STEP = 0.05  # s between the evaluated instants
+INSTANTS = 2400  # largest number of instants: a long flight has longer steps
+ENDLESS = 3600.0  # s of a flight without an end that are evaluated
+
+
+def predicted(swarm: Swarm, duration: float, avoided: bool = True) -> Iterator[str]:
+    """Yield the problems in `duration` s of each formation, if every drone is exactly at its place.
+
+    0 is a flight without an end. With `avoided` obstacles are problems that followers fly around.
+    """
+    climb = swarm.limits.takeoff_height / swarm.limits.vertical_speed
+    if 0.0 < duration < climb:
+        yield (
+            f"--duration = {duration:g} s: the take-off alone takes {climb:.0f} s (limits.takeoff_height = "
+            f"{swarm.limits.takeoff_height:g} m, limits.vertical_speed = {swarm.limits.vertical_speed:g} m/s)"
+        )
+    duration = duration or ENDLESS
+    yield from _of_real_drones(swarm)
+    yield from _of_leader(swarm, duration)
+    for name in swarm.formations if swarm.formation is None else swarm.formation_names:
+        yield from _of_followers(swarm, name, duration, avoided)
+        if duration > SURVEY_HORIZON:  # the rules have looked at what comes before it
+            yield from conflicts(swarm, f"formations.{name}" if name else "formation", swarm.survey(name, duration))
+
+
+def _of_real_drones(swarm: Swarm) -> Iterator[str]:
+    """Yield what real drones fly without, though the room has people and walls."""
+    real = [number for number in swarm.flying if number not in swarm.simulated]
+    if not real:
+        return
+    limits, names = swarm.limits, ", ".join(map(uav, real))
+    if not limits.fence.model_fields_set & {"min", "max", "polygon"}:
+        size = " x ".join(f"{high - low:g}" for low, high in zip(limits.fence.low, limits.fence.high, strict=True))
+        yield f"limits.fence is the default, {size} m, for real drones ({names}): set it to the room of the flight"
+    if not swarm.control.filtered:
+        yield f"control.safety_filter: real drones ({names}) fly without it: nothing keeps their distances or the fence"
+
+
+def _of_leader(swarm: Swarm, duration: float) -> Iterator[str]:
+    if swarm.walking and (walks := swarm.leader.trajectory.build().fastest) > swarm.leader.speed:
+        yield f"the simulated person walks {walks:.2f} m/s, leader.speed = {swarm.leader.speed:g} m/s"
+    if LEADER not in swarm.flying:
+        return
+    fastest = swarm.leader.speed_bound
+    if fastest > swarm.limits.speed:
+        yield f"the leader's course takes {fastest:.2f} m/s, limits.speed = {swarm.limits.speed:g} m/s"
+    safe = swarm.avoidance.obstacle_safety_distance
+    outside, close = None, None
+    room, course = swarm.limits.fence.room(), _course(swarm)
+    for t in _instants(duration):
+        place = course(t)
+        outside = outside or (room.outside(place) > 0.0 and (t, place))
+        close = close or next(((t, k) for k, gap in enumerate(_gaps(swarm, place)) if gap < safe), None)
+    if outside:
+        t, place = outside
+        yield f"the leader's course leaves limits.fence after {t:.1f} s, at {_shown(place)}"
+    if close:
+        t, number = close
+        yield f"the leader's course comes closer than {safe:g} m to obstacle {number} after {t:.1f} s"
+
+
+def _of_followers(swarm: Swarm, name: str, duration: float, avoided: bool) -> Iterator[str]:
+    key = f"formations.{name}" if name else "formation"
+    formation, trajectory, limits = swarm.build_formation(name), _trajectory(swarm), swarm.limits
+    named = {number: _owner(swarm, name, rank) for rank, number in enumerate(swarm.followers)}
+    room, course = limits.fence.room(), _course(swarm)
+    fastest, outside = (0.0, 0.0, 0), None
+    blocked: dict[tuple[int, int], float] = {}
+    for t in _instants(duration):
+        leader, rate = course(t), trajectory.rate(t)
+        for rank, number in enumerate(swarm.followers):
+            place = add(leader, formation.offset(rank, t))
+            speed = norm(add(rate, formation.offset_rate(rank, t)))
+            if speed >= fastest[0]:
+                fastest = (speed, t, number)
+            if outside is None and room.outside(place) > 0.0:
+                outside = t, number, place
+            for obstacle, gap in enumerate(_gaps(swarm, place)):
+                if gap < swarm.avoidance.obstacle_safety_distance:
+                    blocked.setdefault((number, obstacle), t)
+    speed, t, number = fastest
+    if speed > limits.speed:
+        who = named[number]
+        yield f"{key}: with the leader's speed {who} needs {speed:.2f} m/s, limits.speed = {limits.speed:g} m/s"
+    if outside is not None:
+        t, number, place = outside
+        yield f"{key}: the place of {named[number]} leaves limits.fence after {t:.1f} s, at {_shown(place)}"
+    if blocked and avoided:
+        (number, obstacle), t = min(blocked.items(), key=lambda one: one[1])
+        yield (
+            f"{key}: obstacle {obstacle} is at the place of {named[number]} after {t:.1f} s; it must avoid it, "
+            f"as {len({drone for drone, _ in blocked})} of {len(swarm.followers)} followers must"
+        )
+
+
+def _owner(swarm: Swarm, formation: str, rank: int) -> str:
+    """Return who has the place `rank`; with an auction nobody knows before the flight."""
+    return f"whoever gets place {rank}" if formation in swarm.auctioned else uav(swarm.followers[rank])
+
+
+def _instants(duration: float) -> Iterator[float]:
+    step = max(STEP, duration / INSTANTS)
+    return (k * step for k in range(int(duration / step) + 1))
+
+
+def _course(swarm: Swarm) -> Callable[[float], Vector]:
+    """Return the function of the leader's position, m, at a time, s, of the formation."""
+    if swarm.leader.kind == "virtual":
+        start = swarm.leader.start
+    elif LEADER not in swarm.flying:
+        start = swarm.drone(LEADER).start
+    else:
+        x, y, z = swarm.drone(LEADER).start
+        start = (x, y, z + swarm.limits.takeoff_height)
+    trajectory = _trajectory(swarm)
+    return lambda t: add(start, trajectory.position(t))
+
+
+def _trajectory(swarm: Swarm) -> Trajectory:
+    """Return the leader's known trajectory, including that of a simulated person."""
+    return swarm.leader.trajectory.build() if swarm.walking else swarm.leader.course()
+
+
+def _gaps(swarm: Swarm, place: Vector) -> list[float]:
+    """Return the distance from a place to each obstacle's surface, m."""
+    found = []
+    for obstacle in swarm.obstacles:
+        aside = dist(place[:2], obstacle.center[:2]) - obstacle.radius
+        above = place[2] - obstacle.height if obstacle.height is not None else -1.0
+        found.append(hypot(max(aside, 0.0), max(above, 0.0)) if above > 0.0 else aside)
+    return [gap for gap in found if isfinite(gap)]
+
+
+def _shown(place: Vector) -> str:
+    return f"[{', '.join(f'{x:.1f}' for x in place)}]"

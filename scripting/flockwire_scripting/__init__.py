@@ -1,6 +1,0 @@
-"""Flights by script: `open_swarm` flies a swarm from Python coroutines, in real or in virtual time."""
-
-from flockwire_scripting.flight import DroneStatus, Flight, FlightError
-from flockwire_scripting.opening import open_swarm
-
-__all__ = ["DroneStatus", "Flight", "FlightError", "open_swarm"]

@@ -1,0 +1,67 @@
+"""The file of faults of docs/faults.md flies, and the page's table has every kind with all its keys."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, get_args
+
+import pytest
+from flockwire_core.domain.airframe import FlightState
+from flockwire_core.process.fault_file import parse_faults
+from flockwire_core.process.faults import SIM_ONLY, Fault
+from flockwire_core.wire.plan import Plan
+from flockwire_operator.station.fault_injection import refusal
+
+PAGE = Path(__file__).parents[2] / "docs" / "faults.md"
+KINDS = {get_args(kind.model_fields["kind"].annotation)[0]: kind for kind in get_args(Fault)}
+ROWS = {line.split("`")[1]: line for line in PAGE.read_text(encoding="utf-8").splitlines() if line.startswith("| `")}
+
+
+@pytest.fixture
+def tables(example: Callable[[str, str], str]) -> list[dict[str, Any]]:
+    """Return the faults of the page's example."""
+    return tomllib.loads(example("faults", "toml"))["faults"]
+
+
+def test_the_table_has_every_kind_with_its_keys_and_says_which_are_refused() -> None:
+    assert ROWS.keys() == KINDS.keys()
+    for kind, row in ROWS.items():
+        told = {word for k, word in enumerate(row.split("|")[2].split("`")) if k % 2}
+        assert told == {field.alias or name for name, field in KINDS[kind].model_fields.items()} - {"at", "kind"}, kind
+        assert ("refused" in row) == (kind in SIM_ONLY), kind
+
+
+def test_a_refusal_reads_as_the_page_says(make_plan: Callable[..., Plan]) -> None:
+    plan = make_plan()
+    wrong = {"at": 1.0, "kind": "clock", "process": "uav2", "step": 0.01}
+    said = refusal(parse_faults({"faults": [wrong]}, plan, "wrong.toml"), plan, next(iter(plan.swarm.hosts)))
+    assert f"    flockwire: wrong.toml: {said}\n" in PAGE.read_text(encoding="utf-8")
+
+
+def test_of_the_file_of_the_page_a_real_flight_refuses_what_the_page_says(
+    make_plan: Callable[..., Plan], tables: list[dict[str, Any]]
+) -> None:
+    plan = make_plan()
+    refused = refusal(parse_faults({"faults": tables}, plan, "wrong.toml"), plan, next(iter(plan.swarm.hosts)))
+    keys = [line.partition(" = ")[0].split(".") for line in refused.split("\n")]
+    assert [(tables[int(place)]["kind"], key) for _, place, key in keys] == [
+        ("link", "loss"),
+        ("link", "reordering"),
+        ("clock", "kind"),
+    ]
+    page = " ".join(PAGE.read_text(encoding="utf-8").split())
+    assert "remove the table of the `clock`, and `loss` and `reordering` of the `link`" in page
+
+
+def test_the_file_of_the_page_has_every_kind_and_flies(tables: list[dict[str, Any]], fly: Callable[..., Any]) -> None:
+    assert {table["kind"] for table in tables} == KINDS.keys()
+    flown = fly({"control.law": "extended"}, *tables, duration=16.0)
+    at = {table["kind"]: table["at"] for table in tables}
+    assert all(phase != "landing" for i in (1, 2, 3, 4) for t, phase, _ in flown.phases(f"uav{i}") if t < at["kill"])
+    assert flown.of("command", "uav3", at["kill"] - 0.1, at["kill"])
+    assert not flown.of("command", "uav3", at["kill"] + 0.01)
+    telemetry = flown.of("telemetry", "uav2", at["failure"] + 1.0)
+    assert telemetry[0][1].state is FlightState.STOPPED
+    assert "left the formation" in flown.outcome.failure

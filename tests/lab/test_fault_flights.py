@@ -1,0 +1,108 @@
+"""The first flights of lab/bench/fault_flights.py: faults of every kind, drawn by seed, harm nobody."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from random import Random
+
+import pytest
+from fault_draws import KINDS, drawn
+from fault_judge import Judge, Result, fly, fly_rare
+from flockwire_core.swarm.model import Swarm
+from flockwire_core.wire.plan import Plan
+from flockwire_lab.coverage import Coverage
+from flockwire_lab.search.margin import BOUNDS
+from flockwire_lab.search.rungs import RUNGS
+from rare_draws import RARE_KINDS, rare_faults
+from stacked import drawn as stacked
+
+FLIGHTS = 10
+RARE, TELLO = 18, 3  # with --rare a small swarm and orders of a second station; airframes with drivers
+
+
+@pytest.fixture(scope="module")
+def flown() -> list[Result]:
+    return [fly(seed) for seed in range(FLIGHTS)]
+
+
+def test_no_drones_collide_and_all_are_down_at_the_end(flown: list[Result]) -> None:
+    assert [(result.seed, result.bad) for result in flown if result.bad] == []
+
+
+def test_they_reach_rungs_of_drivers_and_of_pilots(flown: list[Result]) -> None:
+    reached = {rung for result in flown for rung in result.rungs}
+    assert reached <= set(RUNGS)
+    assert {"own pose: zero", "own pose: land", "neighbour: dropped", "driver: zero", "driver: land"} <= reached
+
+
+def test_a_seed_draws_the_same_flight_again(flown: list[Result]) -> None:
+    assert fly(7) == flown[7]
+
+
+def test_every_kind_of_fault_is_drawn() -> None:
+    kinds = {fault["kind"] for seed in range(80) for fault in drawn(seed).faults}
+    assert kinds == set(KINDS)
+
+
+def test_they_reach_no_mark_that_is_not_declared(flown: list[Result]) -> None:
+    coverage = Coverage.of(result.marks for result in flown)
+    assert coverage.undeclared == ()
+    assert {"director: takes off", "rung: own pose, land", "phase: take-off to hold"} <= coverage.reached.keys()
+
+
+def test_rare_draws_add_every_kind(make_swarm: Callable[..., Swarm]) -> None:
+    watching = make_swarm({"control.law": "extended", "limits.body_drift": 0.2})
+    plans = [*(Plan(drawn(seed).swarm) for seed in (RARE, TELLO)), Plan(watching)]
+    kinds = {f["kind"] for plan in plans for seed in range(200) for f in rare_faults(plan, (), Random(seed))}
+    assert set(RARE_KINDS) <= kinds
+
+
+def test_a_rare_flight_is_the_same_again_and_not_the_usual_one() -> None:
+    assert drawn(RARE, rare=True) == drawn(RARE, rare=True) != drawn(RARE)
+    rare = fly_rare(RARE)
+    assert rare == fly_rare(RARE)
+    assert (rare.bad, Coverage.of([rare.marks]).undeclared) == ([], ())
+    assert any(mark.startswith("answer: ") for mark in rare.marks)
+
+
+def test_a_collision_would_be_seen(flown: list[Result]) -> None:
+    seed = next(result.seed for result in flown if result.closest < 1.0)
+    bad = fly(seed, bounds=replace(BOUNDS, collision=5.0)).bad
+    assert any("distance: uav" in what for what in bad)
+
+
+def test_a_hard_touch_down_would_be_seen(flown: list[Result]) -> None:
+    seed = next(result.seed for result in flown if result.fastest_contact > 0.6)
+    assert any("touched down at 0." in what for what in fly(seed, bounds=replace(BOUNDS, hard=-0.5)).bad)
+
+
+@pytest.mark.parametrize(
+    "seed",
+    [
+        pytest.param(1464, id="drivers that stood still while told to end"),
+        pytest.param(2301, id="a landing into the hollow between two on the ground and the fence"),
+        pytest.param(4087, id="an agent restarted in flight that does not hear its driver"),
+        pytest.param(470, id="a body that is lost above one who is about to touch down"),
+        pytest.param(1767, id="a stop after the drivers' clock was set back"),
+    ],
+)
+def test_what_went_wrong_once(seed: int) -> None:
+    assert fly(seed).bad == []
+
+
+@pytest.mark.parametrize(
+    "seed",
+    [
+        pytest.param(320390, id="without poses beneath one that its driver lands"),
+        pytest.param(321151, id="without poses between two that land"),
+        pytest.param(320093, id="a pilot that wakes up in the take-off of before"),
+        pytest.param(322183, id="a Tello that takes off as the flight ends, its driver frozen"),
+    ],
+)
+def test_what_went_wrong_once_in_rare_flights(seed: int) -> None:
+    assert fly_rare(seed).bad == []
+
+
+def test_a_pilot_between_two_does_not_descend_onto_one_whose_driver_still_waits_for_commands() -> None:
+    assert Judge(stacked(180)).fly().bad == []  # pose_land 0.53 s, command_land 1.2 s

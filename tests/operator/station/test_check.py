@@ -1,0 +1,99 @@
+from pathlib import Path
+
+import pytest
+from flockwire_core.loading import load_swarm
+from flockwire_core.wire.plan import Plan
+from flockwire_operator.station.check import describe, warnings
+
+SWARMS = Path(__file__).parents[3] / "examples"
+CHAIN_OF_EIGHT = {
+    "graph.edges": [[i, i + 1] for i in range(8)],
+    "drones": [{"id": i, "start": [1.0 * i, 0.0, 0.0]} for i in range(9)],
+}
+
+
+def warned(swarm):
+    return "\n".join(warnings(swarm))
+
+
+@pytest.mark.parametrize("name", ["paper_simulation", "paper_flight"])
+def test_the_papers_swarms_fly_well(name):
+    assert "will oscillate" not in warned(load_swarm(SWARMS / f"{name}.toml"))
+
+
+def test_a_chain_that_is_deep_gives_a_warning(make_swarm):
+    assert "8 hops from the leader" in warned(make_swarm(CHAIN_OF_EIGHT))
+    assert "hops from the leader" not in warned(make_swarm())
+
+
+def test_an_observer_gain_that_proves_nothing_gives_a_warning(make_swarm):
+    assert "theta" not in warned(make_swarm({"observer.gain": 50.0}))
+    assert "observer.gain = 0.1 must be above" in warned(make_swarm({"observer.gain": 0.1}))
+
+
+def test_a_compensation_below_the_leaders_input_gives_a_warning(make_swarm):
+    assert "control.compensation_gain = 0.1 m/s is below" in warned(make_swarm({"control.compensation_gain": 0.1}))
+    assert "compensation_gain" not in warned(make_swarm({"control.compensation_gain": 0.15}))
+
+
+def test_a_wind_that_drones_do_not_compensate_gives_a_warning(make_swarm):
+    wind = {"control": {"formation_gain": 2.0}, "wind.velocity": [0.8, 0.0, 0.0], "wind.gust": 0.2}
+    assert "wind of up to 1 m/s is above what drones compensate, control.disturbance = 0" in warned(make_swarm(wind))
+    assert "0.50 m off their places" in warned(make_swarm(wind))
+    assert "the wind" not in warned(make_swarm(wind | {"control.disturbance": 1.0}))
+    unfiltered = {"control.disturbance": 1.0, "control.law": "paper"}
+    assert "control.disturbance is set but has no effect" in warned(make_swarm(wind | unfiltered))
+
+
+def test_a_perfect_world_is_said_to_be_one(make_swarm):
+    cameras = {"gateway": {"noise": 0.001, "latency": 0.01}}
+    late = {"airframes": {"kinematics": {"lag": 0.2}}}
+    perfect = {"gateway": {}, "airframes": {"kinematics": {}}}
+    assert "a perfect world" in describe(Plan(make_swarm(perfect)))
+    assert "a perfect world" not in describe(Plan(make_swarm(perfect | late)))
+    told = describe(Plan(make_swarm(perfect | cameras)))
+    assert "cameras: simulated, 100 Hz, noise 1 mm, latency 10 ms, 0 % of the samples lost" in told
+    assert "a perfect world" not in told
+    assert "cameras" not in describe(Plan(make_swarm(perfect | {"gateway": {"source": "vrpn"}})))
+
+
+def test_an_airframe_that_will_oscillate_is_named_with_a_cure(make_swarm):
+    slow = {"airframes.slow": {"lag": 0.25, "dead_time": 0.1}, "drones.3.airframe": "slow"}
+    changes = {"airframes": {"kinematics": {}}} | slow
+    found = [line for line in warnings(make_swarm(changes)) if "will oscillate" in line]
+    assert len(found) == 1
+    assert found[0].startswith("uav3 will oscillate")
+    cure = float(found[0].split("compensation_smoothing of ")[1].split(" ")[0])
+    assert "will oscillate" not in warned(make_swarm(changes | {"control.compensation_smoothing": cure + 0.01}))
+
+
+def test_a_formation_gain_that_is_too_high_alone_is_reported(make_swarm):
+    changes = {"airframes": {"kinematics": {"lag": 0.3, "dead_time": 0.2}}, "control.formation_gain": 20.0}
+    assert "control.formation_gain = 20 alone is too high" in warned(make_swarm(changes))
+
+
+def test_the_description_shows_graph_bounds_formations_and_links(make_plan):
+    text = describe(make_plan({"formations.wide": {"kind": "line"}}))
+    for part in (
+        "swarm flock: 4 followers, leader trajectory, law paper",
+        "uav1    from leader (1)",
+        "uav4    from uav3 (1)",
+        "lambda_min",
+        "theta",
+        "settling time <=",
+        "formation (default): circle",
+        "formation wide: line",
+        "127.0.0.1:7450",
+    ):
+        assert part in text
+
+
+def test_a_virtual_leader_is_described_too(make_plan):
+    text = describe(make_plan({"leader.kind": "virtual", "drones.0": None}))
+    assert "leader virtual" in text
+
+
+def test_checks_that_do_not_judge_are_listed(make_plan):
+    off = {"checks": {"formation_settled": False, "observation_tail": False}}
+    assert "not judged after a flight ([checks]): formation settled, observation tail" in describe(make_plan(off))
+    assert "not judged" not in describe(make_plan())

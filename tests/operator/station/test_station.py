@@ -1,0 +1,412 @@
+"""`up` while it flies: stages, keys, interrupts, processes that die, statuses that are waited for, and its lock."""
+
+import asyncio
+import os
+import signal
+from contextlib import nullcontext
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from flockwire_core.domain.order import Mission, Stop
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.ground import director, giving
+from flockwire_core.ground.director import Stage
+from flockwire_core.runtime import session as sessions
+from flockwire_core.runtime.session import RouterAbsentError
+from flockwire_core.wire.phase import Phase
+from flockwire_operator.station import host as hosts
+from flockwire_operator.station import operator, processes
+from flockwire_operator.station.conduct import LEFT_TO_THEMSELVES, serve
+from flockwire_operator.station.connecting import UNANSWERED
+from flockwire_operator.station.flown import flown, flown_by
+from flockwire_operator.station.host import Host, PortInUseError, alone
+from flockwire_operator.station.operator import Operator
+from flockwire_operator.station.processes import UnansweredError
+from flockwire_operator.station.restarts import MOST_AT_ONCE
+from flockwire_operator.station.terminal.display import Display
+from flockwire_operator.station.terminal.interrupts import Interrupts, interrupts
+from simulated_children import Processes
+from simulated_pilots import SimulatedSwarm, started
+
+TICK = 0.005  # s between two looks of these tests' stations
+
+
+class StationFlight:
+    """A station with its swarm; `at` says what happens when a stage has begun."""
+
+    def __init__(self, plan, host="localhost", duration=0.2):
+        self.swarm, self.children, self.interrupted = SimulatedSwarm(plan), Processes(), Interrupts()
+        self.injected = []
+        self.host, self.operator = Host(plan, None, host, None, None), Operator(plan, self.swarm)
+        if self.host.conducts:
+            self.operator.conduct(duration)
+        self.at = {}
+
+    async def serve(self):
+        async def end():
+            """Nothing is under way."""
+
+        injector = SimpleNamespace(step=self.injected.append, end=end)
+        return await serve(self.host, self.children, self.operator, injector, self.interrupted, headless=True)
+
+    @property
+    def director(self):
+        return self.operator.core.director
+
+    @property
+    def stage(self):
+        return Stage.PREPARING if self.director is None else self.director.stage  # None: another host conducts
+
+    def conduct(self):
+        """Fly; returns why the flight failed."""
+
+        async def run():
+            task = asyncio.create_task(self.serve())
+            happens = asyncio.create_task(self._happens())
+            async with asyncio.timeout(10):
+                failure = await task
+            happens.cancel()
+            return failure
+
+        return asyncio.run(run())
+
+    async def _happens(self):
+        for stage, act in self.at.items():
+            while self.stage is not stage:  # noqa: ASYNC110
+                await asyncio.sleep(TICK)
+            await asyncio.sleep(4 * TICK)
+            act()
+
+
+@pytest.fixture
+def fly(make_plan, monkeypatch):
+    """Return the builder of a flight."""
+    monkeypatch.setattr(operator, "POLL_PERIOD", TICK)
+    monkeypatch.setattr(director, "LEAD_TIME", SECOND // 50)
+    plan = make_plan()
+    return lambda **more: StationFlight(plan, plan.hosts["recorder"], **more)
+
+
+def interrupt(flight):
+    def act():
+        flight.interrupted.count += 1
+
+    return act
+
+
+def test_a_flight_from_take_off_to_landing(fly, capsys):
+    flight = fly()
+    assert flight.conduct() == ""
+    assert flight.swarm.orders == ["takeoff", "start", "land"]
+    assert flight.children.took_off == flight.swarm.published[0].stamp
+    assert flight.injected[0] >= 0
+    lines = [line.removeprefix("flockwire: ") for line in capsys.readouterr().out.splitlines()]
+    stages = [line.partition(" s: ")[2] for line in lines if line.startswith("t = ")]  # since the formation's start
+    assert "taking off" in lines
+    assert stages == ["in formation", "landing", "over"]
+
+
+def test_the_first_interrupt_lands(fly):
+    flight = fly(duration=0.0)
+    flight.at = {Stage.FLYING: interrupt(flight)}
+    assert flight.conduct() == ""
+    assert flight.swarm.orders[-1] == "land"
+
+
+def test_at_the_second_it_leaves_and_is_not_well(fly):
+    flight = fly(duration=0.0)
+
+    def interrupt_with_one_that_stays_up():
+        flight.swarm["uav3"].stays = True
+        interrupt(flight)()
+
+    flight.at = {Stage.FLYING: interrupt_with_one_that_stays_up, Stage.LANDING: interrupt(flight)}
+    assert flight.conduct() == LEFT_TO_THEMSELVES
+
+
+def test_a_dead_process_lands_the_others_and_is_the_failure(fly):
+    flight = fly(duration=0.0)
+
+    flight.at = {Stage.FLYING: lambda: flight.children.dead.append("uav2")}
+    assert flight.conduct() == "uav2 ended unexpectedly (signal SIGKILL)"
+    assert flight.swarm.orders[-1] == "land"
+
+
+def test_a_dead_recorder_is_restarted_which_is_said_and_ends_no_flight(fly, capsys):
+    flight = fly(duration=0.5)
+    flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
+    assert flight.conduct() == ""
+    assert flight.children.started == ["recorder"]
+    assert "recorder ended unexpectedly (signal SIGKILL); restarted\n" in capsys.readouterr().out
+
+
+def test_a_recorder_that_dies_again_and_again_lands_the_drones_at_last(fly):
+    flight = fly(duration=0.0)
+
+    async def restart(identity):
+        flight.children.started.append(identity)
+        flight.children.dead.append(identity)
+
+    flight.children.restart = restart
+    flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
+    assert flight.conduct() == "recorder ended unexpectedly (signal SIGKILL)"
+    assert flight.children.started == ["recorder"] * MOST_AT_ONCE
+
+
+def test_what_refuses_to_run_is_not_restarted(fly):
+    flight = fly(duration=0.0)
+    flight.children.refusing = True
+    flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
+    assert flight.conduct() == "recorder ended unexpectedly (signal SIGKILL)"
+    assert flight.children.started == []
+
+
+def test_it_is_over_only_when_telemetry_reports_it(fly, monkeypatch):
+    monkeypatch.setattr(director, "STAGE_TIME", SECOND)
+    flight = fly(duration=0.2)
+
+    def cut_off():
+        flight.swarm["uav3"].stays = True
+
+    flight.at = {Stage.FLYING: cut_off}
+    assert flight.conduct().endswith("(not known to be down: uav3)")
+
+
+def press(flight, *verbs):
+    def act():
+        for verb in verbs:
+            flight.operator.order(verb, Display(flight.host.plan, (), headless=True).note)
+
+    return act
+
+
+def test_keys_give_orders_in_flight(fly):
+    flight = fly(duration=0.0)
+    flight.at = {Stage.FLYING: press(flight, "hold", "resume", "land")}
+    assert flight.conduct() == ""
+    assert flight.swarm.orders == ["takeoff", "start", "hold", "start", "land"]
+    starts = {order.start for order in flight.swarm.published if isinstance(order, Mission) and order.verb == "start"}
+    assert len(starts) == 1  # the formation's time continues
+
+
+def test_a_stop_by_key_is_repeated_until_the_motors_are_off(fly):
+    flight = fly(duration=0.0)
+
+    def stop():
+        flight.swarm["uav3"].deaf = True
+        press(flight, "stop")()
+        asyncio.get_running_loop().call_later(0.2, setattr, flight.swarm["uav3"], "deaf", False)
+
+    flight.at = {Stage.FLYING: stop}
+    assert flight.conduct() == "emergency stop"
+    stamps = {order.stamp for order in flight.swarm.published if isinstance(order, Stop)}
+    assert len(stamps) > 2
+    assert max(stamps) - min(stamps) > nanoseconds(0.19)  # until the one that was deaf has it
+    assert {pilot.phase for pilot in flight.swarm.pilots.values()} == {Phase.STOPPED}
+
+
+def test_another_operators_landing_is_not_a_failure(fly):
+    flight = fly(duration=0.0)
+
+    def land():
+        order = Mission(flight.director.order.stamp + 1, "world", "land")
+        flight.swarm.publish([(None, order)])
+
+    flight.at = {Stage.FLYING: land}
+    assert flight.conduct() == ""
+
+
+@pytest.fixture
+def serving(make_plan, monkeypatch):
+    """Return a flight on a host that does not conduct, whose swarm flies; nobody there has the time."""
+    monkeypatch.setattr(giving, "LOOK_TIME", TICK)
+    monkeypatch.setattr(operator, "POLL_PERIOD", TICK)
+    hosts = {"ground": {"address": "127.0.0.1"}, "air": {"address": "127.0.0.1", "processes": ["leader"]}}
+    flight = StationFlight(make_plan({"hosts": hosts, "network.base_port": 29000}), "air")
+    flight.swarm.all(Phase.FORMATION, started())
+    return flight
+
+
+def press_then_interrupt(flight, *verbs):
+    """Return what presses keys, and some time later interrupts."""
+
+    def act():
+        press(flight, *verbs)()
+        asyncio.get_running_loop().call_later(0.2, interrupt(flight))
+
+    return act
+
+
+def test_a_host_that_does_not_conduct_gives_no_orders(serving, capsys):
+    serving.at = {Stage.PREPARING: interrupt(serving)}
+    assert serving.conduct() == ""
+    assert serving.swarm.published == []
+    assert capsys.readouterr().out.endswith("flockwire: serving\n")
+
+
+@pytest.mark.parametrize(("verb", "phase"), [("land", Phase.READY), ("hold", Phase.HOLD)])
+def test_a_key_of_a_host_that_does_not_conduct_is_an_order_to_all_and_the_host_keeps_running(
+    serving, capsys, verb, phase
+):
+    serving.at = {Stage.PREPARING: press_then_interrupt(serving, verb)}
+    assert serving.conduct() == ""
+    assert serving.swarm.orders == [verb]
+    assert {pilot.phase for pilot in serving.swarm.pilots.values()} == {phase}
+    assert f"{verb}: confirmed by leader, uav1, uav2, uav3, uav4\n" in capsys.readouterr().out
+
+
+def test_who_does_not_confirm_the_order_of_a_key_is_named(serving, capsys, monkeypatch):
+    monkeypatch.setattr(giving, "ANSWER_TIME", SECOND // 10)
+    serving.swarm["uav3"].deaf = True
+    serving.at = {Stage.PREPARING: press_then_interrupt(serving, "land")}
+    serving.conduct()
+    assert "land: confirmed by leader, uav1, uav2, uav4; not confirmed by uav3\n" in capsys.readouterr().out
+
+
+def test_a_host_that_does_not_conduct_starts_no_formation_and_says_who_does(serving, capsys):
+    serving.at = {Stage.PREPARING: press_then_interrupt(serving, "resume")}
+    serving.conduct()
+    assert serving.swarm.published == []
+    assert "resume: this host does not conduct the flight; " in capsys.readouterr().out
+
+
+def test_a_stop_by_a_key_counts_on_every_host(serving):
+    serving.at = {Stage.PREPARING: press_then_interrupt(serving, "stop")}
+    serving.conduct()
+    assert len([order for order in serving.swarm.published if isinstance(order, Stop)]) > 10
+
+
+def test_a_key_that_orders_nothing_reports_why(fly, capsys):
+    flight = fly()
+    flight.swarm["uav3"].phase, flight.swarm["uav3"].stays = Phase.GROUNDED, True
+
+    def press_and_go_on():
+        press(flight, "hold", "resume")()
+        flight.swarm["uav3"].phase, flight.swarm["uav3"].stays = Phase.READY, False
+
+    flight.at = {Stage.PREPARING: press_and_go_on}
+    assert flight.conduct() == ""
+    printed = capsys.readouterr().out
+    assert "hold: nothing ordered while preparing\n" in printed
+    assert "resume: nothing ordered while preparing\n" in printed
+
+
+@pytest.fixture
+def starting(make_plan, monkeypatch):
+    """Return what starts a swarm's processes and returns them in their order; `lives`: who reports in the end."""
+
+    def start(changes=None, lives=lambda _: True, interrupts=0):
+        plan, children, interrupted = make_plan(changes), Processes(), Interrupts()
+        interrupted.count = interrupts
+        swarm = SimulatedSwarm(plan)
+        message = swarm.message
+        swarm.message = lambda key, now: (
+            message(key, now) if key.kind != "status" or (key.owner in children.started and lives(key.owner)) else None
+        )
+
+        async def connected(*_, **__):
+            return swarm
+
+        async def run():
+            async with processes.running(host, interrupted):
+                pass
+
+        monkeypatch.setattr(processes, "connected", connected)
+        monkeypatch.setattr(processes, "Children", lambda *_: children)
+        monkeypatch.setattr(hosts, "busy_endpoint", lambda *_: "")
+        monkeypatch.setattr(processes, "flown_by", lambda *_: None)
+        monkeypatch.setattr(processes, "flown", lambda *_: nullcontext())
+        host = Host(plan, None, plan.hosts["recorder"], None, Path("none"))
+        asyncio.run(run())
+        return children.started
+
+    monkeypatch.setattr(operator, "POLL_PERIOD", TICK)
+    monkeypatch.setattr(processes, "START_TIME", 0.1)
+    return start
+
+
+def test_no_process_starts_before_those_that_it_waits_for_have_reported(starting):
+    assert starting()[0] == "recorder"
+    assert starting({"network.mode": "router"})[:2] == ["router", "recorder"]
+
+
+def test_who_does_not_report_in_time_is_no_longer_waited_for(starting):
+    assert sorted(starting(lives=lambda name: name != "recorder")) == sorted(starting())
+
+
+def test_interrupted_it_starts_no_other_process(starting):
+    assert starting(interrupts=1) == []
+
+
+@pytest.fixture
+def without_router(make_plan, monkeypatch):
+    """Return what flies a swarm whose router never answers, and returns why that failed; `act` happens meanwhile."""
+
+    def fly(act):
+        plan, children, acts = make_plan({"network.mode": "router"}), Processes(), [act]
+
+        def unanswered(*_):
+            if acts:
+                acts.pop()(children)
+            raise RouterAbsentError
+
+        async def run():
+            host = Host(plan, None, plan.hosts["recorder"], None, Path("none"))
+            with interrupts() as interrupted, pytest.raises(UnansweredError) as error:
+                async with asyncio.timeout(10), processes.running(host, interrupted):
+                    pass
+            return str(error.value)
+
+        monkeypatch.setattr(processes, "Children", lambda *_: children)
+        monkeypatch.setattr(hosts, "busy_endpoint", lambda *_: "")
+        monkeypatch.setattr(processes, "flown_by", lambda *_: None)
+        monkeypatch.setattr(processes, "flown", lambda *_: nullcontext())
+        monkeypatch.setattr(sessions, "Session", unanswered)
+        return asyncio.run(run()), children.started
+
+    return fly
+
+
+def test_a_router_that_dies_before_it_answers_is_the_failure(without_router):
+    dead = "router ended unexpectedly (signal SIGKILL)"
+    assert without_router(lambda children: children.dead.append("router")) == (dead, ["router"])
+
+
+def test_an_interrupt_ends_the_wait_for_the_router(without_router):
+    assert without_router(lambda _: os.kill(os.getpid(), signal.SIGINT)) == (UNANSWERED, ["router"])
+
+
+def test_two_stations_of_one_swarm_exclude_each_other(make_plan, tmp_path):
+    plan = make_plan()
+    (tmp_path / f"{plan.started[0]}.key").touch()
+    host = Host(plan, None, "local", None, tmp_path)
+    refused = pytest.raises(PortInUseError, match="another `flockwire up` flies with these keys")
+    with alone(host), refused, alone(host):
+        pass
+    with alone(host):  # the lock is gone with its holder
+        pass
+
+
+def test_a_terminal_that_takes_no_output_is_not_taken_for_another_station(make_plan, tmp_path):
+    host = Host(make_plan(), None, "local", None, tmp_path)
+    with pytest.raises(BlockingIOError), alone(host):
+        raise BlockingIOError
+
+
+def test_nobody_is_told_to_end_processes_whose_drones_still_land(make_plan, tmp_path, monkeypatch):
+    plan, file = make_plan(), tmp_path / "lab.toml"
+    file.write_text("")
+    host = Host(plan, file, "local", None, tmp_path / "keys")
+    monkeypatch.setattr(hosts, "busy_endpoint", lambda *_: "in use; end that process")
+    with pytest.raises(PortInUseError, match="in use; end that process"), alone(host):
+        pass
+    still = pytest.raises(PortInUseError, match="they land the drones and end by themselves")
+    with flown(file, flown_by(plan.swarm, file, host.keys)), still, alone(host):  # its station was killed
+        pass
+
+
+def test_without_a_folder_of_keys_there_is_no_lock(make_plan, tmp_path):
+    host = Host(make_plan(), None, "localhost", None, tmp_path / "none")
+    with alone(host), alone(host):
+        assert not host.keys.exists()

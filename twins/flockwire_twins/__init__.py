@@ -1,0 +1,1 @@
+"""Stand-ins for hardware: simulated airframes and drones, the servers of trackers."""

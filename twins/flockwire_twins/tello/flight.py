@@ -1,0 +1,159 @@
+"""The flight controller of a simulated Tello: manoeuvres, sticks, battery, sensors."""
+
+from __future__ import annotations
+
+from math import ceil, pi
+
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.domain.vector import Vector, add
+from flockwire_tello.state_string import TelloState
+from flockwire_tello.sticks import CENTRED, Sticks, to_body, to_velocity, to_world
+
+from flockwire_twins.tello.airframe import AirframeMotion, TelloAirframe, clockwise_degrees
+from flockwire_twins.tello.manoeuvres import HOVER, Landing, Legs, Manoeuvre, Pause, Setpoint, TakeOff, Turn
+from flockwire_twins.tello.parameters import Quirk, TelloParameters
+
+CYCLE = SECOND // 50  # of the controller
+SPIN_UP = 4 * SECOND // 5  # of the motors, before it climbs
+STICKS_CENTRE = SECOND // 2  # without the quirk STICKS_STAY
+TAKEOFF_BATTERY = 0.10  # share under which it refuses (user manual: low battery)
+LANDING_BATTERY = 0.05  # share under which it lands
+LOWEST_TOF, FARTHEST_TOF, NO_TOF = 10, 800, 6553  # cm: on the ground, and without an echo
+
+
+class SimulatedFlight:
+    """One Tello's flight, from `now` (ns)."""
+
+    def __init__(self, parameters: TelloParameters, now: int) -> None:
+        self.airframe = TelloAirframe(parameters, now)
+        self.battery = 0.08 if Quirk.LOW_BATTERY in parameters.quirks else parameters.battery  # share
+        self.manoeuvre: Manoeuvre | None = None
+        self.motor_time = 0.0  # s
+        self._parameters = parameters
+        self.next_cycle = now  # when `cycle` is due, ns
+        self._ground = parameters.position[2]
+        self._sticks, self._sticks_at = CENTRED, now
+        self._last = HOVER
+
+    @property
+    def flying(self) -> bool:
+        """Whether it is in the air, or about to be."""
+        return self.airframe.motors and (not self.airframe.standing or self.manoeuvre is not None)
+
+    def take_off(self, now: int) -> None:
+        """Take off from the ground."""
+        p = self._parameters
+        self.airframe.start(now)
+        self._sticks = CENTRED
+        self.manoeuvre = TakeOff(self._ground + p.takeoff_height, now + SPIN_UP, now + nanoseconds(p.takeoff_time))
+
+    def land(self) -> None:
+        """Land; a landing under way continues."""
+        self._sticks = CENTRED
+        if not isinstance(self.manoeuvre, Landing):
+            self.manoeuvre = Landing(self._ground, self._parameters.sink)
+
+    def fly(self, points: tuple[Vector, ...], speed: float, now: int) -> None:
+        """Fly through `points` (m, forward, left, up from here) at `speed` m/s."""
+        motion = self.airframe.motion(now)
+        self.manoeuvre = Legs([add(motion.position, to_world(point, motion.yaw)) for point in points], speed)
+
+    def turn(self, clockwise: float, now: int) -> None:
+        """Turn by an angle, degrees."""
+        self.manoeuvre = Turn(self.airframe.motion(now).yaw - clockwise * pi / 180.0)
+
+    def pause(self, seconds: float, now: int) -> None:
+        """Stay in place."""
+        self.manoeuvre = Pause(now + nanoseconds(seconds))
+
+    def stop(self) -> None:
+        """Hover."""
+        self.manoeuvre, self._sticks = None, CENTRED
+
+    def cut(self, now: int) -> None:
+        """Turn the motors off."""
+        self.stop()
+        self.airframe.cut(now)
+
+    def sticks(self, sticks: Sticks, now: int) -> None:
+        """Set the sticks; they act while there is no manoeuvre."""
+        self._sticks, self._sticks_at = sticks, now
+        if self.manoeuvre is None and self.airframe.motors:
+            self._command(self._by_sticks(now), now)
+
+    def cycle(self) -> bool:
+        """Run one cycle of the controller; return whether a manoeuvre was finished."""
+        now = self.next_cycle
+        self.next_cycle += CYCLE
+        self.airframe.advance(now)
+        self._drain()
+        if not self.airframe.motors:
+            return False
+        if self.battery <= LANDING_BATTERY and self.flying and not isinstance(self.manoeuvre, Landing):
+            self.land()
+        return self._control(now)
+
+    def state(self, now: int) -> TelloState:
+        """Return the state at `now`, without the mission pad."""
+        airframe = self.airframe
+        motion, attitude = airframe.motion(now), airframe.attitude(now)
+        forward, left, up = to_body(motion.velocity, motion.yaw)
+        height = motion.position[2] - self._ground
+        warm = round(60.0 + 20.0 * self.motor_time / (self.motor_time + 120.0))
+        agx, agy, agz = (round(1000.0 * a / 9.81, 2) + 0.0 for a in attitude.specific_force)
+        return TelloState(
+            pitch=round(attitude.pitch * 180.0 / pi),
+            roll=round(attitude.roll * 180.0 / pi),
+            yaw=clockwise_degrees(motion.yaw - self._parameters.yaw),
+            vgx=round(10.0 * forward),
+            vgy=round(-10.0 * left),
+            vgz=round(-10.0 * up),
+            templ=warm,
+            temph=warm + 3,
+            tof=_tof(height),
+            h=10 * round(10.0 * height),
+            bat=ceil(100.0 * self.battery - 1e-9),
+            baro=round(160.0 + height, 2),
+            time=int(self.motor_time),
+            agx=agx,
+            agy=agy,
+            agz=agz,
+        )
+
+    def motion(self, now: int) -> AirframeMotion:
+        """Return its motion."""
+        return self.airframe.motion(now)
+
+    def _control(self, now: int) -> bool:
+        """Send the airframe the command of the manoeuvre or the sticks."""
+        motion, manoeuvre, done = self.airframe.motion(now), self.manoeuvre, False
+        setpoint = self._by_sticks(now) if manoeuvre is None else manoeuvre.setpoint(motion, now)
+        if setpoint is None:
+            self.manoeuvre, setpoint, done = None, HOVER, True
+            if isinstance(manoeuvre, Landing):
+                self.cut(now)
+                return True
+        self._command(setpoint, now)
+        return done
+
+    def _command(self, setpoint: Setpoint, now: int) -> None:
+        if setpoint != self._last:
+            self.airframe.command(setpoint.velocity, setpoint.yaw_rate, now)
+            self._last = setpoint
+
+    def _by_sticks(self, now: int) -> Setpoint:
+        if Quirk.STICKS_STAY not in self._parameters.quirks and now - self._sticks_at > STICKS_CENTRE:
+            self._sticks = CENTRED
+        return Setpoint(*to_velocity(self._sticks, self._parameters.gains))
+
+    def _drain(self) -> None:
+        dt, p = CYCLE / SECOND, self._parameters
+        self.motor_time += dt if self.airframe.motors else 0.0
+        self.battery = max(0.0, self.battery - dt / (p.endurance if self.flying else p.idle_endurance))
+        if not self.battery and self.airframe.motors:
+            self.cut(self.next_cycle - CYCLE)
+
+
+def _tof(height: float) -> int:
+    centimetres = round(100.0 * height)
+    return NO_TOF if centimetres > FARTHEST_TOF else max(LOWEST_TOF, centimetres)

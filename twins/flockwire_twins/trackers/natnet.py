@@ -1,0 +1,154 @@
+"""A NatNet server without sockets, the twin of Motive: its answers, and the receivers of each frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from flockwire_core.domain.time import SECOND
+from flockwire_mocap.natnet.encoding import encode, encode_frame, encode_model, encode_server_info
+from flockwire_mocap.natnet.packets import (
+    DATA_PORT,
+    ECHO,
+    GROUP,
+    OLDEST,
+    BodyDescription,
+    Connect,
+    Echo,
+    Kind,
+    MocapFrame,
+    RemoteCommand,
+    RigidBody,
+    ServerInfo,
+    Stamps,
+    Version,
+    can_adjust,
+)
+from flockwire_mocap.natnet.parsing import parse_request
+from flockwire_mocap.tracking import TrackerFrame
+
+FREQUENCY = 10_000_000  # Hz, of the performance counter of most Windows machines
+LIFETIME = 5 * SECOND  # ns without a request after which a client gets no more frames
+DONE, REFUSED = bytes(4), b"\x01\x00\x00\x00"
+
+Address = tuple[str, int]
+
+
+class TwinOptions(NamedTuple):
+    """The options of the server.
+
+    Attributes:
+        version: of NatNet that it implements.
+        multicast: whether frames go to `group` at `data_port`, or to each client.
+        answers_model: False is a server that does not answer a request for the model definition.
+
+    """
+
+    version: Version
+    multicast: bool = False
+    data_port: int = DATA_PORT
+    group: str = GROUP
+    answers_model: bool = True
+
+
+@dataclass(slots=True)
+class _Client:
+    version: Version
+    received_at: int
+
+
+class NatNetTwin:
+    """Answers clients, and encodes frames for them. `names` are of bodies by number.
+
+    A unicast client from 4.0 on may request an older bitstream, in its greeting or later by a command. The answer to
+    the greeting then has that version, so it is right for clients that use the answer and for those that use their
+    request; Motive's choice is not documented.
+    """
+
+    def __init__(self, options: TwinOptions, names: Mapping[int, str]) -> None:
+        self.options, self.names = options, names
+        self._clients: dict[Address, _Client] = {}
+        self._ahead = 0  # ns, of the clock of frames before that of `now`
+
+    def receive(self, datagram: bytes, client: Address, now: int) -> bytes | None:
+        """Receive a client's datagram at `now`, ns; returns the answer, if there is one."""
+        request = parse_request(datagram)
+        if isinstance(request, Connect):
+            wanted = request.version
+            version = wanted if wanted is not None and self._supports(wanted) else self.options.version
+            self._clients[client] = _Client(version, now)
+            return encode_server_info(self._info(version))
+        if client in self._clients:
+            self._clients[client].received_at = now
+        if isinstance(request, Echo):
+            ticks = (now + self._ahead) * FREQUENCY // SECOND
+            return encode(Kind.ECHOED, ECHO.pack(request.number) + ECHO.pack(ticks))
+        if isinstance(request, RemoteCommand):
+            return self._obey(request.text, client)
+        if request == (Kind.REQUEST_MODEL,) and self.options.answers_model:
+            bodies = [BodyDescription(identity, name) for identity, name in self.names.items()]
+            return encode_model(bodies, self._version(client))
+        if request == (Kind.DISCONNECT,):
+            self._clients.pop(client, None)
+        return None
+
+    def datagrams(self, frame: TrackerFrame, now: int) -> list[tuple[bytes, Address]]:
+        """Return the datagrams for a frame with their addresses, at `now`, ns."""
+        self._ahead = frame.transmitted - now
+        if self.options.multicast:
+            target = (self.options.group, self.options.data_port)
+            return [(encode_frame(_mocap_frame(frame), self.options.version), target)]
+        self._clients = {
+            address: known for address, known in self._clients.items() if now - known.received_at < LIFETIME
+        }
+        datagrams = {known.version: b"" for known in self._clients.values()}
+        for version in datagrams:
+            datagrams[version] = encode_frame(_mocap_frame(frame), version)
+        return [(datagrams[known.version], address) for address, known in self._clients.items()]
+
+    def _supports(self, version: Version) -> bool:
+        return can_adjust(*self.options[:2]) and OLDEST <= version <= self.options.version
+
+    def _info(self, version: Version) -> ServerInfo:
+        major, minor = version
+        return ServerInfo(
+            name="flockwire",
+            application_version=(major - 1, minor, 0, 0),
+            natnet_version=(major, minor, 0, 0),
+            clock_frequency=FREQUENCY,
+            data_port=self.options.data_port,
+            multicast=self.options.multicast,
+            group=self.options.group,
+        )
+
+    def _version(self, client: Address) -> Version:
+        known = self._clients.get(client)
+        return self.options.version if known is None else known.version
+
+    def _obey(self, command: str, client: Address) -> bytes:
+        """Execute a command: "Bitstream" returns the client's version, "Bitstream,3.1" changes it."""
+        name, _, argument = command.partition(",")
+        if name != "Bitstream":
+            return encode(Kind.UNRECOGNIZED)
+        if not argument:
+            return encode(Kind.RESPONSE, "Bitstream,{}.{}\0".format(*self._version(client)).encode())
+        major, _, minor = argument.partition(".")
+        known = self._clients.get(client)
+        if known is None or not (major.isdecimal() and minor.isdecimal()):
+            return encode(Kind.RESPONSE, REFUSED)
+        version = (int(major), int(minor))
+        if not self._supports(version):
+            return encode(Kind.RESPONSE, REFUSED)
+        known.version = version
+        return encode(Kind.RESPONSE, DONE)
+
+
+def _mocap_frame(frame: TrackerFrame) -> MocapFrame:
+    """Return the frame in NatNet's terms: its stamps in ticks, the data received halfway, all bodies, lost ones too."""
+    captured, transmitted = (stamp * FREQUENCY // SECOND for stamp in (frame.captured, frame.transmitted))
+    stamps = Stamps(0, 0, frame.captured / SECOND, captured, (captured + transmitted) // 2, transmitted, None)
+    bodies = tuple(
+        RigidBody(body.identity, body.position, body.orientation, 0.0, body.tracked) for body in frame.bodies
+    )
+    return MocapFrame(frame.number, bodies, stamps, 0)
