@@ -50,7 +50,7 @@ def lacking() -> str:
         built = version("cyclonedds") == BUILT_FOR and all(map(_plugin, ("auth", "ac", "crypto")))
     except PackageNotFoundError:
         built = False
-    return "" if built else f"cyclonedds=={BUILT_FOR}, built for Debian's (docs/measurements.md)"
+    return "" if built else f"cyclonedds=={BUILT_FOR}, built for Debian's (lab/RESULTS.md)"
 
 
 def sign(folder: Path, names: Iterable[str]) -> None:

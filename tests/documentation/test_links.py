@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PAGES = [*ROOT.glob("*.md"), *ROOT.glob("examples/**/*.md"), ROOT / "deploy/README.md"]
+PAGES = [*ROOT.glob("*.md"), ROOT / "lab/RESULTS.md", *ROOT.glob("examples/**/*.md"), ROOT / "deploy/README.md"]
 LINK = re.compile(r"\]\(([^)\s]+)\)")
-NAMED = re.compile(r"`((?:bench|docs|examples|scripts|swarms|tests)/[\w/.]+\.\w+)`")
+NAMED = re.compile(r"`((?:docs|examples|lab|scripts|tests)/[\w/.]+\.\w+)`")
 
 
 def anchors(page):
