@@ -1,6 +1,6 @@
 """Coverage of meaning: how many flights of a campaign reached each mark, and which marks none reached.
 
-The marks are those of flockwire/domain/marks.txt, and one for each transition of flockwire/pilot/transitions.csv.
+The marks are those of flockwire/domain/marks.txt.
 """
 
 from __future__ import annotations
@@ -11,21 +11,12 @@ from functools import cache
 from importlib.resources import files
 from typing import Self
 
-from flockwire_core.pilot.phases import transition_mark
-from flockwire_core.pilot.transitions import PHASES, transitions
-
 
 @cache
 def declared() -> tuple[str, ...]:
     """Return all marks, each once."""
     text = (files("flockwire_core.domain") / "marks.txt").read_text(encoding="utf-8")
-    phases = (
-        transition_mark(before, row.after, "landing" in row.required)
-        for row in transitions()
-        for before in PHASES
-        if before in row.before and before is not row.after
-    )
-    return tuple(dict.fromkeys((*phases, *text.splitlines())))
+    return tuple(text.splitlines())
 
 
 class Coverage:

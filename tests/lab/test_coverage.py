@@ -57,14 +57,6 @@ def test_each_declared_mark_is_in_the_code(patterns: set[str]) -> None:
 
 def test_a_mark_is_declared_once() -> None:
     assert len(set(LISTED)) == len(LISTED)
-    assert not [mark for mark in LISTED if mark.startswith("phase: ")]  # those are transitions.csv's
-
-
-def test_every_change_of_phase_has_its_mark() -> None:
-    phases = [mark for mark in declared() if mark.startswith("phase: ")]
-    assert "phase: take-off to hold" in phases
-    assert "phase: formation to landing, in danger" in phases
-    assert "phase: landing to hold" not in phases
 
 
 def test_a_campaign_counts_flights_and_names_what_it_never_reached() -> None:

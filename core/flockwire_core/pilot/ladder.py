@@ -1,7 +1,4 @@
-"""The staleness ladder: a pilot's reactions to old inputs.
-
-The code of a reason is the mark of its rung (domain/marks.py).
-"""
+"""The staleness ladder: a pilot's reactions to old inputs."""
 
 from __future__ import annotations
 
@@ -74,31 +71,31 @@ def land_reason(inputs: Inputs, limits: Limits) -> Reason:
     """Return why the drone must land, NO_REASON if it need not."""
     stale = limits.staleness
     rungs = (
-        ("rung: own pose, land", "own pose", inputs.pose, stale.pose_land),
-        ("rung: leader estimate, land", "leader estimate", inputs.silence, stale.estimates_land),
-        ("rung: telemetry, land", "telemetry", inputs.telemetry, stale.telemetry_land),
-        ("rung: leader down, land", "the leader", inputs.leader_down, stale.leader_land),
+        ("own pose, land", "own pose", inputs.pose, stale.pose_land),
+        ("leader estimate, land", "leader estimate", inputs.silence, stale.estimates_land),
+        ("telemetry, land", "telemetry", inputs.telemetry, stale.telemetry_land),
+        ("leader down, land", "the leader", inputs.leader_down, stale.leader_land),
     )
     for mark, name, age, rung in rungs:
         if age > rung:
             return Reason(mark, f"{name} lost for {age:.1f} s")
     if inputs.battery < limits.battery_land:
-        return Reason("rung: battery, land", f"battery at {inputs.battery:.0%}")
+        return Reason("battery, land", f"battery at {inputs.battery:.0%}")
     if inputs.outside > limits.fence.margin:
-        return Reason("rung: fence, land", f"{inputs.outside:.1f} m outside the fence")
+        return Reason("fence, land", f"{inputs.outside:.1f} m outside the fence")
     return NO_REASON
 
 
 def hold_reason(inputs: Inputs, stale: Staleness) -> Reason:
     """Return why the drone must leave the formation and hold, NO_REASON if it need not."""
     if inputs.pose > stale.pose_zero:
-        return Reason("rung: own pose, hold", "own pose is stale")
+        return Reason("own pose, hold", "own pose is stale")
     if inputs.silence > stale.estimates_hold:
-        return Reason("rung: leader estimate, hold", f"no leader estimate for {stale.estimates_hold:g} s")
+        return Reason("leader estimate, hold", f"no leader estimate for {stale.estimates_hold:g} s")
     if inputs.leader_down > 0.0:
-        return Reason("rung: leader down, hold", "the leader is down")
+        return Reason("leader down, hold", "the leader is down")
     if inputs.nearby > stale.nearby_hold:
-        return Reason("rung: nearby, hold", "nearby bodies are stale")
+        return Reason("nearby, hold", "nearby bodies are stale")
     return NO_REASON
 
 
@@ -110,31 +107,17 @@ def unready_reason(inputs: Inputs, missing: tuple[int, ...], limits: Limits, dri
     stale = limits.staleness
     names = ", ".join("the leader's pose" if j == 0 else f"{uav(j)}'s estimate" for j in missing)
     reasons = (
-        (inputs.pose > stale.pose_zero, "rung: own pose, refuses", "waits for its own pose"),
-        (inputs.telemetry > stale.telemetry_warn, "rung: telemetry, refuses", f"waits for telemetry from {driver}"),
-        (bool(missing), "rung: neighbour, refuses", f"waits for {names}"),
-        (inputs.nearby > stale.nearby_slow, "rung: nearby, refuses", "waits for its nearby bodies"),
+        (inputs.pose > stale.pose_zero, "own pose, refuses", "waits for its own pose"),
+        (inputs.telemetry > stale.telemetry_warn, "telemetry, refuses", f"waits for telemetry from {driver}"),
+        (bool(missing), "neighbour, refuses", f"waits for {names}"),
+        (inputs.nearby > stale.nearby_slow, "nearby, refuses", "waits for its nearby bodies"),
         (
             inputs.battery < limits.battery_takeoff,
-            "rung: battery, refuses",
+            "battery, refuses",
             f"battery at {int(100.0 * inputs.battery)}%, take-off needs {limits.battery_takeoff:.0%}",
         ),
     )
     return next((Reason(mark, text) for applies, mark, text in reasons if applies), NO_REASON)
-
-
-def mild_rungs(inputs: Inputs, missing: tuple[int, ...], limits: Limits) -> tuple[str, ...]:
-    """Return the marks of the rungs in flight that are neither a hold nor a landing."""
-    stale = limits.staleness
-    rungs = (
-        (inputs.pose > stale.pose_zero, "rung: own pose, zero"),
-        (bool(missing), "rung: neighbour, dropped"),
-        (inputs.nearby > stale.nearby_slow, "rung: nearby, slow"),
-        (inputs.telemetry > stale.telemetry_warn, "rung: telemetry, reported"),
-        (inputs.battery < limits.battery_takeoff, "rung: battery, reported"),
-        (inputs.outside > 0.0, "rung: fence, inwards"),
-    )
-    return tuple([mark for applies, mark in rungs if applies])
 
 
 def speed_limit(inputs: Inputs, bounds: Bounds) -> float:

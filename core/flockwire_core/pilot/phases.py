@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import Final
 
 from flockwire_core.compiling import mypyc_attr
-from flockwire_core.domain.marks import sometimes
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.record import Record
@@ -24,15 +23,7 @@ ORDERLESS: Final = 10 * SECOND  # ns for which a pilot started in flight waits f
 WITHOUT_ORDER: Final = "in flight without an order: no station repeats one"
 LAST_HOLD: Final = SECOND  # ns of hold at a shutdown before landing
 
-
-SHUTDOWN_RUNGS = {Phase.HOLD: "hold", Phase.LANDING: "land"}
 IN_FLIGHT: Final = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION, Phase.LANDING})
-
-
-def transition_mark(before: Phase, after: Phase, ordered: bool) -> str:
-    """Return the mark of a transition; one to the landing is `ordered`, or because of a danger."""
-    why = (", ordered" if ordered else ", in danger") if after is Phase.LANDING else ""
-    return f"phase: {before} to {after}{why}"
 
 
 @mypyc_attr(acyclic=True)
@@ -72,9 +63,7 @@ class FlightPhases:
 
     def stop(self) -> None:
         """Stop permanently: only a new process flies again."""
-        was, self.phase, self.reason = self.phase, Phase.STOPPED, "emergency stop"
-        if was is not Phase.STOPPED:
-            self._mark(was)
+        self.phase, self.reason = Phase.STOPPED, "emergency stop"
 
     def retire(self, now: int) -> None:
         """Start the shutdown at `now` (Unix ns): hold, then land, and do not take off again."""
@@ -94,24 +83,11 @@ class FlightPhases:
 
     def update(self, situation: Situation) -> Phase:
         """Return the phase for `situation`."""
-        was, why = self.phase, self.reason
+        was = self.phase
         self.phase, self.reason = self._next(self._retiring(situation))
-        if self.phase is not was or self.reason != why:
-            self._mark(was)
         if was in IN_FLIGHT and self.phase is Phase.GROUNDED:
             self.orders.ended()
         return self.phase
-
-    def _mark(self, was: Phase) -> None:
-        """Record a new phase, or a new reason of the same one."""
-        if self.phase is not was:
-            sometimes(transition_mark(was, self.phase, self.mission is not None and self.mission.verb == "land"))
-        if self.reason == OUTDATED:
-            sometimes("rung: outdated order, refuses")
-        elif self.reason == WITHOUT_ORDER:
-            sometimes("rung: no order, land")
-        elif self.reason == SHUTDOWN:
-            sometimes(f"rung: told to end, {SHUTDOWN_RUNGS.get(self.phase, 'refuses')}")
 
     def _retiring(self, at: Situation) -> Situation:
         if self._retired is None:

@@ -13,7 +13,6 @@ from flockwire_core.control.around.free_place import is_above, is_beneath
 from flockwire_core.control.guard import Guard
 from flockwire_core.domain.airframe import Command, FlightState, Telemetry
 from flockwire_core.domain.body import Body
-from flockwire_core.domain.marks import Holding
 from flockwire_core.domain.motion import Motion
 from flockwire_core.domain.order import Stop
 from flockwire_core.domain.pose import Pose
@@ -27,7 +26,6 @@ from flockwire_core.pilot.ladder import (
     all_well,
     hold_reason,
     land_reason,
-    mild_rungs,
     shown,
     speed_limit,
     unready_reason,
@@ -48,11 +46,11 @@ from flockwire_core.wire.status import CORNERED, Reason, Report, counted
 AIRBORNE: Final = frozenset({FlightState.FLYING, FlightState.LANDING})
 LEFT_OUT: Final = "left out of this flight"
 HELD_UP: Final = Reason(
-    "rung: held up, refuses", "off the ground with stopped motors: put it down on a floor that its sensor detects"
+    "held up, refuses", "off the ground with stopped motors: put it down on a floor that its sensor detects"
 )
-WOKE: Final = Reason("rung: woke, refuses", "was frozen, reads what waits for it")
-OVERSLEPT: Final = Reason("rung: woke, land", "was frozen as it took off: its driver lands it")
-SET_DOWN: Final = Reason("rung: set down, land", "its driver lands it")
+WOKE: Final = Reason("woke, refuses", "was frozen, reads what waits for it")
+OVERSLEPT: Final = Reason("woke, land", "was frozen as it took off: its driver lands it")
+SET_DOWN: Final = Reason("set down, land", "its driver lands it")
 NO_WAY: Final = Reason(CORNERED, "no velocity within its limits avoids a person", "keep persons away from it")
 DRIVER_LOST = 10.0  # s of silence after which a driver counts as dead
 LONGEST_STEP: Final = 0.1  # s: longer pauses count as this
@@ -99,7 +97,6 @@ class Pilot:
         self._pause = self._woke = 0  # ns since the last step; when the last pause ended, Unix ns
         self._waited = self._stood = 0.0  # s that this landing has waited for poses, and had poses on the ground
         self._down_since = 0  # time of the leader's loss, Unix ns
-        self._rungs = Holding()
         self.take: dict[Key, Callable[[Any], None]] = {  # handlers of messages, by key
             self.pose_key: self._take_pose,
             Key("nearby", uav(number)): self._surroundings.take_nearby,
@@ -246,38 +243,29 @@ class Pilot:
         unready = hold = land = NO_REASON
         mission = flight.mission
         left_out = LEFT_OUT if mission is not None and self._parameters.number in mission.without else ""
-        if troubled := bool(missing) or not all_well(inputs, self._bounds):
+        if missing or not all_well(inputs, self._bounds):
             unready = unready_reason(inputs, missing, limits, self._parameters.driver)
             hold = hold_reason(inputs, limits.staleness)
             land = land_reason(inputs._replace(pose=min(inputs.pose, age(self.waits_since, now))), limits)
         state = self._telemetry.state if self._telemetry is not None else None
         if state is FlightState.LANDING:
-            land, troubled = land if land.text else SET_DOWN, True
+            land = land if land.text else SET_DOWN
         elif state is FlightState.HELD:
-            unready, troubled = HELD_UP, True
+            unready = HELD_UP
         if 0 <= now - self._woke < READING:
-            unready, troubled = unready if unready.text else WOKE, True
+            unready = unready if unready.text else WOKE
             if was is Phase.TAKEOFF and self._pause > nanoseconds(limits.staleness.command_land):
                 land = land if land.text else OVERSLEPT
         airborne = state in AIRBORNE
         high = self._pose is not None and self._place.is_high(self._pose.position)
         unfit = left_out or fault or unready.text
         phase = flight.update(Situation(now, unfit, fault or hold.text, land.text, airborne, high))
-        if troubled or self._rungs.marks:
-            self._mark(inputs, missing, unready, hold, land)
         if phase is not was:
             self._place.forget()
             self._waited = self._stood = 0.0
             if was is Phase.TAKEOFF:
                 self._body.took_off(now)
         return phase
-
-    def _mark(self, inputs: Inputs, missing: tuple[int, ...], unready: Reason, hold: Reason, land: Reason) -> None:
-        """Record the rungs reached: on the ground those that refuse a take-off, in flight the others."""
-        found: tuple[str, ...] = (unready.code,)
-        if self.flight.phase in IN_FLIGHT:
-            found = (hold.code, land.code, *mild_rungs(inputs, missing, self._limits))
-        self._rungs.update(tuple([mark for mark in found if mark]))
 
     def _velocity(self, wanted: Vector, motion: Motion, now: int) -> Vector:
         """Return the velocity command for a fresh pose."""

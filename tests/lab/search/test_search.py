@@ -288,16 +288,16 @@ def test_a_corpus_begins_with_the_flights_that_reach_marks_near_a_change() -> No
 def test_the_marks_near_a_changed_line(tmp_path: Path) -> None:
     file = tmp_path / "fence.py"
     file.write_text(
-        'def hold() -> None:\n    sometimes("rung: fence, inwards")\n\n\ndef land() -> None:\n'
+        'def hold() -> None:\n    sometimes("guard: a wall")\n\n\ndef land() -> None:\n'
         '    sometimes(f"director: holds, {stage}")\n    sometimes("no mark: at all")\n'
     )
-    assert near(file, 1) == {"rung: fence, inwards": NEAR} | dict.fromkeys(HOLDS, FAR)
-    assert near(file, 5) == {"rung: fence, inwards": FAR} | dict.fromkeys(HOLDS, NEAR)
-    file.write_text(file.read_text() + '\n\ndef climb() -> None:\n    sometimes("rung: fence, inwards")\n')
-    assert near(file, 1) == {"rung: fence, inwards": NEAR} | dict.fromkeys(HOLDS, FAR)  # a mark named twice
+    assert near(file, 1) == {"guard: a wall": NEAR} | dict.fromkeys(HOLDS, FAR)
+    assert near(file, 5) == {"guard: a wall": FAR} | dict.fromkeys(HOLDS, NEAR)
+    file.write_text(file.read_text() + '\n\ndef climb() -> None:\n    sometimes("guard: a wall")\n')
+    assert near(file, 1) == {"guard: a wall": NEAR} | dict.fromkeys(HOLDS, FAR)  # a mark named twice
     plain = tmp_path / "walls.py"
     plain.write_text("WALLS = 4\n")
-    assert near(plain, 1) == dict.fromkeys(("rung: fence, inwards", *HOLDS), FAR)  # those of its folder
+    assert near(plain, 1) == dict.fromkeys(("guard: a wall", *HOLDS), FAR)  # those of its folder
     assert near(tmp_path / "rows.csv", 1) == near(plain, 1)
 
 
