@@ -7,7 +7,7 @@ if it is more than 0.1 m from it. Its place is forbidden within the kept distanc
 the longest time for which a follower was off a place that was not forbidden meanwhile (from the person's start on),
 `late` that since the last thing was in its way: an obstacle, a person or a drone within the distance to be kept from
 the straight line to its place. `stuck` is the number of flights that end with a follower that is away for more than
-SOON s. Exit status 1 if a flight is not good: docs/theory.md, section 6, has the bars.
+SOON s. Exit status 1 if a flight is not good: lab/RESULTS.md has the bars.
 """
 
 from __future__ import annotations
