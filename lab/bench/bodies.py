@@ -19,7 +19,6 @@ from random import Random
 from typing import Any
 
 import flockwire_mocap.core as gateway
-from flockwire_core.domain.fields import from_fields
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.quaternion import product
@@ -114,7 +113,7 @@ class LyingSource:
         for frame in frames:
             t = (frame.captured - self._took_off) / SECOND - lie.at if self._took_off else -1.0
             bodies = tuple(lie.bodies(frame.bodies, t)) if 0.0 <= t < lie.lasts else frame.bodies
-            told.append(from_fields(TrackerFrame, (frame.number, frame.captured, frame.transmitted, bodies, False)))
+            told.append(TrackerFrame(frame.number, frame.captured, frame.transmitted, bodies, False))
         return told
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from math import hypot
 
-from flockwire_core.domain.fields import from_fields
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.quaternion import IDENTITY
@@ -84,7 +83,7 @@ class SimulatedSource:
         due, frames = now - self._latency, list[TrackerFrame]()
         for stamp in sorted([stamp for stamp in self._measured if stamp <= due]):
             bodies = tuple(self._measured.pop(stamp))
-            frames.append(from_fields(TrackerFrame, (self._frames, stamp, now, bodies, False)))
+            frames.append(TrackerFrame(self._frames, stamp, now, bodies, False))
             self._frames += 1
         return frames
 

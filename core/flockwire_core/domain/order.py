@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
-from flockwire_core.domain.fields import from_fields
-
 MISSION_VERBS = (
     "prepare",
     "takeoff",
@@ -55,7 +53,7 @@ class Mission(NamedTuple):
     @property
     def version(self) -> Version:
         """The version of this order."""
-        return from_fields(Version, (self.stamp, self.giver))
+        return Version(self.stamp, self.giver)
 
     @property
     def in_formation(self) -> bool:

@@ -136,8 +136,8 @@ class Stepper:
     next one by a period. A trigger that is up to a period late delays no other, and after a longer gap the next trigger
     makes a step. Each slower trigger makes a step.
 
-    `flush` sends the datagrams of a core; it is called after each received message and each step. Ticks that find
-    triggers arriving only count; a runner that sets `postpone` is told at each trigger how many of them to leave out.
+    `flush` sends the datagrams of a core; it is called after each received message and each step. While triggers
+    arrive, ticks make no step.
     """
 
     def __init__(
@@ -161,9 +161,6 @@ class Stepper:
         self._named = tuple((key_text(swarm_name, source.inbox.key), source.inbox) for source in inputs)
         self._counts = StepCounts()
         self._period = round(core.period * SECOND)
-        self.postpone: Callable[[int], None] | None = None  # of the runner's ticker
-        self.reports_at_ticks = False  # instead of after a step, which the messages of that step would wait for
-        self._stepped = False  # since the last status
         self._earliest = 0  # stamp of the trigger that makes the next step, Unix ns
         self._ticks = WATCHDOG_TICKS - 1  # since the last step; one less after a long gap
 
@@ -184,9 +181,6 @@ class Stepper:
         if late >= 0 or late < -period:
             self._earliest = self._earliest + period if 0 <= late < period else stamp
             self._ticks = 0 if late < 3 * period // 2 else -1
-            if self.postpone is not None:
-                self.postpone(WATCHDOG_TICKS - 1 - self._ticks)
-                self._ticks = WATCHDOG_TICKS - 1
             self._counts.count(now - inbox.sent, inbox.missed)
             self._step(now)
 
@@ -206,8 +200,6 @@ class Stepper:
         else:
             self._ticks = 0
             self._step(now)
-        if self.reports_at_ticks and self._stepped:
-            self._report(now)
         if outgoing := self._timekeeping.step(now):  # it may correct the clock: `now` is not used after it
             self._publish(outgoing)
 
@@ -221,14 +213,8 @@ class Stepper:
         if self._flush is not None:
             self._flush(now)
         self._publish(messages)
-        self._stepped = True
-        if not self.reports_at_ticks:
-            self._report(now)
-
-    def _report(self, now: int) -> None:
         status = self._status
         if status is not None and status.due(now):
-            self._stepped = False
             status.update(now, self._core.report(now), self._counts, self._rejected())
 
     def _rejected(self) -> Counts:

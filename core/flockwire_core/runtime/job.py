@@ -9,12 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from flockwire_core import clock
 from flockwire_core.objects import load_object
 from flockwire_core.runtime.detours import DetoursError, read_detours
 from flockwire_core.runtime.session import EndpointInUseError, Session, connect
-from flockwire_core.security.files import CredentialsError, default_folder
-from flockwire_core.security.verification import verify
+from flockwire_core.security.files import CredentialsError
 from flockwire_core.swarm.wording import printable
 from flockwire_core.wire.plan import Plan
 
@@ -62,11 +60,8 @@ def serve(job: Job) -> int:
 
 
 async def connected(job: Job, ended: asyncio.Event) -> Session | None:
-    """Open the session of the process of `job` as `connect` does, its keys checked in a child.
+    """Open the session of the process of `job`; None if `ended` is first.
 
     Raises CredentialsError, DetoursError and EndpointInUseError.
     """
-    plan, identity, swarm, detours = job.plan, job.identity, job.plan.swarm, read_detours()
-    if swarm.network.security == "mtls":
-        verify(job.keys or default_folder(swarm.name), identity, clock.utc(), plan.issuer(identity), plan.authorities)
-    return await connect(plan, identity, job.keys, ended, detours, verified=False)
+    return await connect(job.plan, job.identity, job.keys, ended, read_detours())

@@ -46,18 +46,12 @@ class Publishing:
             for key in plan.publishes[identity]
         }
         self._batch, self._batch_key = Collecting(plan.swarm.frame), Key(BATCH, identity)
-        self.flushes = True  # at each `publish`, what is due for the recorder; else whoever calls `flush_due` does it
 
     def publish(self, messages: Iterable[tuple[Key, Message]]) -> None:
         """Publish messages; KeyError if the key table does not allow this identity to publish one of the keys."""
         for key, message in messages:
             outlet = self.outlets[key]
             self._put(outlet, outlet.encode(message), clock.now())
-        if self.flushes:
-            self.flush_due()
-
-    def flush_due(self) -> None:
-        """Send what is collected for the recorder, when its time has come."""
         if self._batch.due(clock.now()):
             self.flush()
 

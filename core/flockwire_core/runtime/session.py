@@ -78,18 +78,15 @@ async def connect(
     ended: asyncio.Event,
     detours: Mapping[str, str] = NO_DETOURS,
     note: Callable[[str], None] | None = None,
-    verified: bool = True,
 ) -> Session | None:
     """Open the session of `identity`, in router mode when the router answers; None if `ended` is first.
 
-    What it waits for goes to `note`, the log without one; `verified` is as `Session` has it.
-
-    Raises CredentialsError, and EndpointInUseError.
+    What it waits for goes to `note`, the log without one. Raises CredentialsError, and EndpointInUseError.
     """
     waiting = False
     while not ended.is_set():
         try:
-            return await asyncio.to_thread(Session, plan, identity, keys, detours, verified)
+            return await asyncio.to_thread(Session, plan, identity, keys, detours)
         except RouterAbsentError:
             if not waiting:
                 router = ", ".join(plan.endpoints[router] for router in plan.routers)
@@ -111,8 +108,7 @@ class Session(contextlib.AbstractContextManager["Session"]):
     ) -> None:
         """Open the session of `identity`; `keys` is the folder of the certificates, the default one without it.
 
-        A process that is in a hurry, or has verified them, does not have them `verified`: a peer then rejects a bad one
-        silently.
+        An urgent order does not have them `verified` (0.1 s): a peer then rejects a bad one silently.
 
         Raises CredentialsError, EndpointInUseError, and in router mode RouterAbsentError.
         """
@@ -151,13 +147,6 @@ class Session(contextlib.AbstractContextManager["Session"]):
             session.close()  # type: ignore[no-untyped-call]
         if self._held is not None:
             self._held.close()
-
-    def take_over_batches(self) -> Callable[[], None]:
-        """Return what sends a batch for the recorder that is due; `publish` no longer does. Raises RuntimeError."""
-        if self._publishing is None:
-            raise RuntimeError("the session is closed")
-        self._publishing.flushes = False
-        return self._publishing.flush_due
 
     def newest(self, key: Key) -> Newest:
         """Subscribe to `key`, buffering its newest sample until it is read."""

@@ -13,9 +13,8 @@ from contextlib import AbstractAsyncContextManager, nullcontext
 from random import Random
 
 from flockwire_core import clock
-from flockwire_core.domain.time import SECOND
-from flockwire_core.process.cores import Core, Framed, Start, make_core, of_core
-from flockwire_core.process.stepping import STATUS_PERIOD, StatusPublisher, StepCounts, Stepper, at_once, tick_period
+from flockwire_core.process.cores import Core, Start, make_core, of_core
+from flockwire_core.process.stepping import StatusPublisher, StepCounts, Stepper, at_once, tick_period
 from flockwire_core.process.stopwatch import Stopwatch
 from flockwire_core.process.timekeeping import Timekeeping, patience
 from flockwire_core.runtime.datagrams import Sockets, served
@@ -51,9 +50,7 @@ class Shell:
         status: StatusPublisher,
         sockets: Sockets | None,
     ) -> None:
-        self._running, self._lock, self._session = False, swarm_clock.lock, session
-        often = tick_period(core) * SECOND <= STATUS_PERIOD
-        self._frames, self._flush_due = isinstance(core, Framed) and often, _nothing
+        self._running, self._lock = False, swarm_clock.lock
         timed, wakeup = swarm_clock.timekeeping, Wakeup(self._arrived, swarm_clock.lock)
         keys, prompt_keys = [key for key in plan.subscribes[identity] if key not in timed.keys], at_once(core)
         buffered = [session.newest(key) for key in keys if key not in prompt_keys]
@@ -63,19 +60,9 @@ class Shell:
         inputs = [*buffered, *prompts, *swarm_clock.prompts]
         self._stepper = Stepper(core, plan.swarm.name, buffered, inputs, session.publish, timed, status, flush)
         self._ticker = Ticker(tick_period(core), self._tick, swarm_clock.lock)
-        self._postpones = bool(core.triggers) and not timed.keys
 
     def start(self, direct: bool = False) -> None:
-        """Begin; `direct`: all that reaches the core comes by keys, so that it may step on the thread of one.
-
-        Zenoh sends what a step publishes when that thread is done. One step of the gateway serves all drones: neither
-        its status nor its batch for the recorder is made there, if ticks come as often as a status must. Others that
-        have triggers, and no clock to correct, need no tick while those come: the loop then sleeps.
-        """
-        if direct and self._frames:
-            self._stepper.reports_at_ticks, self._flush_due = True, self._session.take_over_batches()
-        elif direct and self._postpones:
-            self._stepper.postpone = self._ticker.postpone
+        """Begin; `direct`: the core's inputs are keys alone, so that it may step on Zenoh's thread."""
         self._ticker.start()
         self._running, self._wakeup.direct = True, direct
 
@@ -97,11 +84,6 @@ class Shell:
 
     def _tick(self, lateness: int, skipped: int) -> None:
         self._stepper.tick(lateness, skipped, clock.now())
-        self._flush_due()
-
-
-def _nothing() -> None:
-    """Do nothing: `publish` sends the batches."""
 
 
 def status_publisher(

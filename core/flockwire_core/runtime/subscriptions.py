@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import ctypes
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
 
 BACKLOG: Final = 256  # samples of one key that are buffered; beyond, the oldest is dropped and counted as an overflow
 BEHIND: Final = 1_000_000  # ns since a key was handled within which its next sample has waited: this process is behind
-_thread: Final = threading.local()  # not a set of numbers: a new thread may have that of one that has ended
 
 
 class Ring(Protocol):
@@ -101,7 +99,6 @@ class Prompt(Subscription):
 
     def arrived(self, sample: zenoh.Sample) -> None:
         """Buffer the sample and announce it. Called by Zenoh, in its thread."""
-        _keep_thread_state()
         self._waiting.append(sample)
         if self.inbox.each or not self._announced:
             self._announced = True
@@ -170,12 +167,6 @@ def call_soon(loop: asyncio.AbstractEventLoop, function: Callable[..., None], *a
 
 def _raise(error: Exception) -> None:
     raise error
-
-
-def _keep_thread_state() -> None:
-    """Keep what Python has of this thread, one of Zenoh's: else each callback maps it, and unmaps it at its end."""
-    if not hasattr(_thread, "kept"):
-        _thread.kept = ctypes.pythonapi.PyGILState_Ensure()
 
 
 def _bytes(sample: zenoh.Sample) -> tuple[bytes, bytes]:

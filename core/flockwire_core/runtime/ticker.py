@@ -48,17 +48,6 @@ class Ticker:
         else:
             self._timer = self._loop.call_later(self._period / SECOND, self._elapsed)
 
-    def postpone(self, ticks: int) -> None:
-        """Tick next when more than `ticks` periods from now have passed, and at most one more.
-
-        Any thread that holds the lock may call it, between `start` and `stop`. Where that is so, it does nothing.
-        """
-        now, least = clock.monotonic(), ticks * self._period
-        if not least < self._next - now <= least + self._period:
-            self._next = now + least + self._period
-            if self._fd >= 0:
-                _set_time(self._fd, self._next, self._period)
-
     def stop(self) -> None:
         """Stop ticking; harmless before `start`."""
         if self._fd >= 0:
@@ -69,10 +58,7 @@ class Ticker:
             self._timer.cancel()
 
     def _expired(self) -> None:
-        try:
-            os.read(self._fd, 8)
-        except BlockingIOError:  # it was postponed meanwhile
-            return
+        os.read(self._fd, 8)
         self._fire()
 
     def _elapsed(self) -> None:
@@ -82,27 +68,15 @@ class Ticker:
 
     def _fire(self) -> None:
         with self._lock:
-            late = clock.monotonic() - self._next
-            if late >= 0:  # else it was postponed meanwhile
-                skipped, late = divmod(late, self._period)
-                self._next += (skipped + 1) * self._period
-                self._tick(late, skipped)
+            skipped, late = divmod(max(0, clock.monotonic() - self._next), self._period)
+            self._next += (skipped + 1) * self._period
+            self._tick(late, skipped)
 
 
 def _timerfd(first: int, interval: int) -> int:
     fd: int = _LIBC.timerfd_create(_CLOCK_MONOTONIC, os.O_NONBLOCK | os.O_CLOEXEC)
-    if fd < 0:
-        raise _error()
-    _set_time(fd, first, interval)
-    return fd
-
-
-def _set_time(fd: int, first: int, interval: int) -> None:
     times = _TIMES.pack(*divmod(interval, SECOND), *divmod(first, SECOND))
-    if _LIBC.timerfd_settime(fd, _ABSOLUTE, times, None) != 0:
-        raise _error()
-
-
-def _error() -> OSError:
-    code = ctypes.get_errno()
-    return OSError(code, f"timerfd: {os.strerror(code)}")
+    if fd < 0 or _LIBC.timerfd_settime(fd, _ABSOLUTE, times, None) != 0:
+        code = ctypes.get_errno()
+        raise OSError(code, f"timerfd: {os.strerror(code)}")
+    return fd

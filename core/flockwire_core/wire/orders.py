@@ -5,7 +5,6 @@ from __future__ import annotations
 from math import inf
 
 from flockwire_core.domain.bids import NOBODY, Bid, Bids
-from flockwire_core.domain.fields import from_fields
 from flockwire_core.domain.order import LONGEST_CHANGE, MISSION_VERBS, MOST_VERSIONS, Change, Mission, Version
 from flockwire_core.wire.cdr import MessageError, Reader, Writer
 
@@ -31,10 +30,10 @@ def read_any_mission(stamp: int, frame: str, reader: Reader) -> Mission:
     """Read the output of `write_mission`, with any verb; raises MessageError."""
     verb, start, formation = reader.text(), reader.time(), reader.text()
     begin, (duration,), before = reader.time(), reader.take_all("d", 1), reader.text()
-    change = from_fields(Change, (begin, duration, before, reader.numbers("H"), reader.numbers("H")))
+    change = Change(begin, duration, before, reader.numbers("H"), reader.numbers("H"))
     without, giver, knows = reader.numbers("H"), reader.take("I"), read_versions(reader)
     if change == NO_CHANGE:
-        return from_fields(Mission, (stamp, frame, verb, start, formation, None, without, giver, knows))
+        return Mission(stamp, frame, verb, start, formation, None, without, giver, knows)
     ranks = list(range(len(change.places)))
     if sorted(change.places) != ranks or sorted(change.places_before) != ranks:
         raise MessageError("a change of formation in which two have one place")
@@ -65,7 +64,7 @@ def read_versions(reader: Reader) -> tuple[Version, ...]:
     count = reader.length()
     if count > MOST_VERSIONS:
         raise MessageError(f"names {count} orders, the most is {MOST_VERSIONS}")
-    return tuple([from_fields(Version, (reader.time(), reader.take("I"))) for _ in range(count)])
+    return tuple([Version(reader.time(), reader.take("I")) for _ in range(count)])
 
 
 def write_bids(writer: Writer, message: Bids) -> None:

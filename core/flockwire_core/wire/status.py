@@ -14,7 +14,6 @@ MOST_REJECTIONS: Final = 128  # named keys and reasons in a status: the most fre
 MOST_LINKS: Final = 256  # named processes in a status
 MOST_REASONS: Final = 8  # reasons in a status
 LONGEST_TEXT: Final = 256  # characters of any of its texts (bytes of UTF-8 after `bounded`)
-SURELY_SHORT: Final = LONGEST_TEXT // 4  # characters: one takes four bytes of UTF-8 at most
 SERIAL = "serial"  # the code of the reason with the serial number of a driver's drone
 LAW_FAILED = "law failed"  # the code of the reason with a law's error and its place
 LEFT_OUT = "estimate left out"  # of the reason that names neighbours whose estimates contradict the others
@@ -191,9 +190,6 @@ class Status(Record):
     def bounded(self) -> Status:
         """Return it with names and texts limited to those that `read_status` accepts."""
         report, rejected = self.report, self.rejected
-        lists = (rejected, self.links, report.counts, report.reasons)
-        if not any(lists) and len(report.detail) <= SURELY_SHORT:  # the usual case
-            return self
         if len(rejected) > MOST_REJECTIONS:
             by_count = sorted(rejected, key=itemgetter(1), reverse=True)
             rest = sum([count for _, count in by_count[MOST_REJECTIONS - 1 :]])
@@ -210,8 +206,6 @@ def _short_names(counts: Counts) -> Counts:
 
 
 def _shortened(text: str) -> str:
-    if len(text) <= SURELY_SHORT:
-        return text
     encoded = text.encode()
     if len(encoded) <= LONGEST_TEXT:
         return text

@@ -3,7 +3,6 @@
 import subprocess
 import sys
 
-import pydantic
 import pytest
 from flockwire_operator.cli.entry import ORDERS
 from flockwire_operator.cli.kinds import KINDS, parser_of
@@ -36,31 +35,6 @@ def loaded(verb, argument="--help"):
 @pytest.mark.parametrize("verb", [*ORDERS, "agent", "driver", "kinematics"])
 def test_an_urgent_order_and_a_process_load_little(verb):
     assert not loaded(verb) & HEAVY
-
-
-def test_who_imports_ssl_in_a_process_gets_it():
-    line = "from flockwire_operator.cli.entry import spare_openssl as s; s('hashlib', 'asyncio'); import asyncio, sys"
-    line += "; assert 'ssl' not in sys.modules; import hashlib, ssl; ssl.create_default_context()"
-    line += "; print(hashlib.sha256(b'').hexdigest()[:8])"
-    done = subprocess.run([sys.executable, "-c", line], capture_output=True, text=True, check=True)
-    assert done.stdout == "e3b0c442\n"
-
-
-def test_a_process_loads_no_search_for_plugins_and_who_asks_for_packages_later_gets_them():
-    assert not loaded("agent") & {"importlib.metadata", "email", "difflib", "statistics", "lzma"}
-    line = "from flockwire_operator.cli.entry import spare_plugins as s; s(); from importlib.metadata import version"
-    line += "; from pydantic import create_model; create_model('Own', x=int)(x=1); print(version('pydantic'))"
-    done = subprocess.run([sys.executable, "-c", line], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == pydantic.VERSION
-
-
-def test_a_process_finds_time_zones_where_python_does_without_the_variables_of_its_build():
-    line = "from flockwire_operator.cli.entry import spare_build_variables as spare; spare(); import os, sys, zoneinfo"
-    line += "; assert 'sysconfig' in sys.modules and not any(name.startswith('_sysconfigdata') for name in sys.modules)"
-    line += "; assert 'PYTHONTZPATH' not in os.environ; here = zoneinfo.TZPATH; zoneinfo.reset_tzpath()"
-    line += "; print(here == zoneinfo.TZPATH)"
-    done = subprocess.run([sys.executable, "-c", line], capture_output=True, text=True, check=True)
-    assert done.stdout == "True\n"
 
 
 def test_help_of_a_process_is_as_wide_as_the_terminal_says(monkeypatch):
