@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 from flockwire_core.control.airframe.disturbance import DisturbedAirframe
+from flockwire_core.control.airframe.state import LEVEL, VERTICAL, WHOLE, AirframeState
 from flockwire_core.control.around.free_place import is_above, is_beneath
 from flockwire_core.control.guard import Guard
 from flockwire_core.domain.airframe import Command, FlightState, Telemetry
@@ -35,8 +36,7 @@ from flockwire_core.pilot.off_place import OffPlace, no_place
 from flockwire_core.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, age, command_stamp
 from flockwire_core.pilot.place import Place
 from flockwire_core.pilot.surroundings import Surroundings
-from flockwire_core.pilot.tracked_body import PERIOD, TrackedBody, foreign
-from flockwire_core.pilot.trim import forget_disturbance, hovering, make_airframe, measured, sinking, trim
+from flockwire_core.pilot.tracked_body import PERIOD, TrackedBody, foreign, obeys
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import STOP, Key
@@ -57,6 +57,8 @@ LONGEST_STEP: Final = 0.1  # s: longer pauses count as this
 OVERDUE: Final = 0.3  # s, age of telemetry that comes ten times a second
 PAUSE: Final = SECOND // 4  # ns between two steps after which it was frozen, and what came meanwhile waits
 READING: Final = SECOND // 5  # ns to read that, in any order: a landing may be behind the take-off that it cancels
+LOW: Final = 0.3  # m above the ground, below which it may hold a drone that lands
+LEARNED: Final = {Phase.TAKEOFF: LEVEL, Phase.HOLD: WHOLE, Phase.FORMATION: WHOLE, Phase.LANDING: WHOLE}
 STANDS: Final = 0.1  # m above the ground: a drone that lands and is lower may stand there
 STOOD: Final = 1.0  # s so low, by its poses, after which it lands straight down: they may be another body's
 
@@ -86,7 +88,7 @@ class Pilot:
         self._guard = Guard(parameters.guard) if parameters.guard is not None else None
         self._off_place = OffPlace(parameters.room, parameters.checks)
         self._wanted = ZERO  # m/s, by the law, at the last command
-        self._airframe = make_airframe(parameters)
+        self._airframe = _make_airframe(parameters)
         self._body = TrackedBody(parameters, self._airframe, now)
         self._surroundings = Surroundings(parameters.sensing, parameters.obstacles)
         self._pose: Pose | None = None
@@ -134,16 +136,14 @@ class Pilot:
         if pose is not None:
             self.bodies = self._surroundings.bodies(pose, neighbours)
             if fresh:
-                seen = (pose.stamp - self.born) / SECOND  # small enough for a float with nanoseconds
-                since, zero, ground = (now - self.born) / SECOND, self._command_zero, self._ground
-                motion = measured(self._airframe, pose.position, seen, since, phase, self._telemetry, zero, ground)
-                self.motion, self._body.stops = motion, distance(motion.position, motion.stopping)
+                self.motion = motion = self._measure(pose, phase, now)
+                self._body.stops = distance(motion.position, motion.stopping)
                 if self._guard is not None and phase in IN_FLIGHT:
                     self.bodies = self._guard.tracked(motion, self.bodies, self._surroundings.stamp or self.stamp)
         if not 0 < self._body.due - now <= PERIOD:  # a clock may be set back
             self._body.look(self.motion, self._telemetry, phase, now)
             if self._body.drifted:
-                forget_disturbance(self._airframe)  # it is what the false body seemed to drift
+                self._airframe.reset()  # it is what the false body seemed to drift
         return phase
 
     def command(self, wanted: Vector, now: int) -> list[tuple[Key, Message]]:
@@ -156,9 +156,8 @@ class Pilot:
             return []
         motion = self.motion
         self._wanted = wanted
-        trim(self._airframe, self.flight.phase, self._limits.vertical_speed, motion is None)
         velocity = self._velocity(wanted, motion, now) if motion is not None else self._blind_velocity(now)
-        velocity = self._airframe.command(velocity, (now - self.born) / SECOND) or velocity
+        velocity = self._airframe.command(velocity, (now - self.born) / SECOND)
         return [(self._command_key, Command(self.stamp, self._frame, velocity, 0.0))]
 
     @property
@@ -267,21 +266,38 @@ class Pilot:
                 self._body.took_off(now)
         return phase
 
+    def _measure(self, pose: Pose, phase: Phase, now: int) -> Motion:
+        """Return the motion at `now` by a fresh `pose`; learn the disturbance of the airframe where it flies freely.
+
+        In a take-off only the horizontal part is learned; near the end of a landing the vertical one, as the ground
+        would hold the drone beside its place. Nothing is learned while the driver obeys no commands.
+        """
+        airframe, learned = self._airframe, LEARNED.get(phase)
+        if phase not in IN_FLIGHT:
+            airframe.reset()
+        elif phase is Phase.LANDING and pose.position[2] < self._ground + LOW:
+            learned = VERTICAL
+        if not obeys(self._telemetry, self._command_zero):
+            learned = None
+        seen = (pose.stamp - self.born) / SECOND  # small enough for a float with nanoseconds
+        return airframe.measure(pose.position, seen, (now - self.born) / SECOND, learned)
+
     def _velocity(self, wanted: Vector, motion: Motion, now: int) -> Vector:
         """Return the velocity command for a fresh pose."""
         position, limits, phase = motion.position, self._limits, self.flight.phase
         if phase not in IN_FLIGHT:
             return ZERO
+        if phase is Phase.LANDING:
+            self._airframe.limit_vertical(limits.vertical_speed)  # what it compensates lets it descend
         if phase is Phase.LANDING and position[2] <= self._parameters.ground + STANDS:
             self._stood += self.dt
             if self._inputs.telemetry > OVERDUE or self._stood > STOOD:
-                forget_disturbance(self._airframe)
+                self._airframe.reset()
                 return (0.0, 0.0, -limits.vertical_speed)  # any other may push it along the ground, or take it off
         if phase is not Phase.FORMATION:
             wanted = self._place.velocity(phase, position, self.bodies)
-        speed, grounding = speed_limit(self._inputs, self._bounds), phase in (Phase.LANDING, Phase.TAKEOFF)
-        if isinstance(self._airframe, DisturbedAirframe):
-            speed = self._airframe.speed(speed)
+        speed = self._airframe.speed(speed_limit(self._inputs, self._bounds))
+        grounding = phase in (Phase.LANDING, Phase.TAKEOFF)
         if self._guard is not None:
             last, seen = self._airframe.last_command, self._surroundings.stamp or self.stamp
             return self._guard.velocity(wanted, motion, self.bodies, seen, now, last, self.dt, speed, grounding)
@@ -295,18 +311,24 @@ class Pilot:
         A landing waits once in all, however often its pose is lost.
         """
         phase, stale, separation = self.flight.phase, self._limits.staleness, self._parameters.separation
+        airframe, descent = self._airframe, self._limits.vertical_speed
+        if phase not in IN_FLIGHT:
+            airframe.reset()  # what was learned in flight would take off again
+            return ZERO
         beneath, seen_at = is_beneath(self.bodies, separation), self._pose.stamp if self._pose is not None else 0
-        if phase not in IN_FLIGHT or (phase is not Phase.LANDING and not beneath):
+        if phase is not Phase.LANDING and not beneath:
             return ZERO
         patience = stale.command_land if beneath else max(stale.pose_land, stale.command_land)
         waits = 0 <= now - seen_at <= nanoseconds(patience) and self._waited <= patience
-        if not (waits and is_above(self.bodies, separation)):
-            self._body.sunk += self._limits.vertical_speed * self.dt
-            return sinking(self._airframe, self._limits.vertical_speed)
-        if phase is not Phase.LANDING:
+        waits = waits and is_above(self.bodies, separation)
+        if waits and phase is not Phase.LANDING:
             return ZERO
+        airframe.limit_vertical(0.5 * descent)  # so it descends at half of it or more
+        if not waits:
+            self._body.sunk += descent * self.dt
+            return (0.0, 0.0, -descent)
         self._waited += self.dt
-        return hovering(self._airframe)
+        return (0.0, 0.0, min(0.0, airframe.disturbance[2]))  # the wind that it compensates may have ended
 
     def _set_back(self, now: int) -> None:
         """Count the ages of what came before from `now` (Unix ns) on: the own clock was set back."""
@@ -331,3 +353,11 @@ class Pilot:
 
     def _take_stop(self, _: Stop) -> None:
         self.flight.stop()
+
+
+def _make_airframe(parameters: PilotParameters) -> AirframeState:
+    """Return what follows the airframe; it estimates a disturbance only beside a safety filter, if there may be one."""
+    lag, dead_time, most = parameters.lag, parameters.dead_time, parameters.disturbance
+    if parameters.guard is None or not most:
+        return AirframeState(lag, dead_time)
+    return DisturbedAirframe(lag, dead_time, most, parameters.speed)

@@ -11,7 +11,6 @@ from __future__ import annotations
 from math import acos, cos, degrees
 from typing import Final
 
-from flockwire_core.control.airframe.disturbance import DisturbedAirframe
 from flockwire_core.control.airframe.motion_residual import GAIN_ERROR, MotionResidual
 from flockwire_core.control.airframe.state import AirframeState
 from flockwire_core.domain.airframe import FlightState, Telemetry
@@ -67,7 +66,7 @@ class TrackedBody:
 
     """
 
-    def __init__(self, parameters: PilotParameters, airframe: AirframeState | DisturbedAirframe, born: int) -> None:
+    def __init__(self, parameters: PilotParameters, airframe: AirframeState, born: int) -> None:
         limits = parameters.limits
         self.why, self.refused, self.drifted = "", 0, False
         self.due, self.sunk, self.stops = 0, 0.0, 0.0

@@ -24,7 +24,7 @@ from math import copysign, exp
 
 from flockwire_core.control.airframe.first_order_lag import lagged_motion
 from flockwire_core.control.airframe.gain import AirframeGain
-from flockwire_core.control.airframe.state import AirframeState
+from flockwire_core.control.airframe.state import LEVEL, WHOLE, AirframeState
 from flockwire_core.domain.motion import Motion
 from flockwire_core.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
 
@@ -32,25 +32,21 @@ UNCERTAIN, CERTAIN = 0.5, 0.22  # s, T while the gain is not known, and when it 
 GAIN_TIME_CONSTANT = 1.0  # s, T_g
 VELOCITY_TIME_CONSTANT = 0.07  # s, of the airframe's velocity: a slower one costs the loop its margin
 JUMP = 2.0  # times the highest speed: faster is no motion
-WHOLE, LEVEL, VERTICAL = (1.0, 1.0, 1.0), (1.0, 1.0, 0.0), (0.0, 0.0, 1.0)  # axes of an estimate
 
 
-class DisturbedAirframe:
-    """As AirframeState, with the estimates of the disturbance, at most `most` > 0 m/s, at first none, and of the gain.
+class DisturbedAirframe(AirframeState):
+    """An AirframeState with the estimates of the disturbance, at most `most` > 0 m/s, at first none, and of the gain.
 
     It flies no command above `fastest`, m/s. A position that jumps faster than twice as much changes no estimate.
     """
 
     def __init__(self, lag: float, dead_time: float, most: float, fastest: float) -> None:
-        self.disturbance: Vector = ZERO  # m/s, d
-        self.last_command: Vector = ZERO  # m/s, the newest v_c
-        self._lag, self._dead_time, self._most, self._fastest = lag, dead_time, most, fastest
-        self._state = AirframeState(lag, dead_time, VELOCITY_TIME_CONSTANT)
+        super().__init__(lag, dead_time, VELOCITY_TIME_CONSTANT)
+        self._most, self._fastest = most, fastest  # the base's `disturbance` is d, its `last_command` v_c
         self.gain = 1.0  # the horizontal gain that commands are given for, g
         self._gain = AirframeGain(lag, dead_time)
         self._slope: Vector = ZERO  # m/s^2, p
         self._drift, self._drifted = ZERO, ZERO  # m/s and m, s and S at the stamp
-        self._stamp = 0.0
         self._rest: Vector | None = None  # m, x~ + lag v~ − ∫ u(t − D) at the stamp; None: not known or not free
 
     def reset(self) -> None:
@@ -73,8 +69,8 @@ class DisturbedAirframe:
         if norm(given) > self._fastest:
             given = limit(given, self._fastest)
             through = (given[0] * gain, given[1] * gain, given[2])
+        super().command(through, now)
         self.last_command = velocity
-        self._state.command(through, now)
         self._gain.command(given, velocity, now)
         return given
 
@@ -83,13 +79,13 @@ class DisturbedAirframe:
 
         `learns` is 1 for each axis whose estimate changes, 0 for one that is kept; None: all are.
         """
-        dt, self._stamp = stamp - self._stamp, stamp
+        dt = stamp - self._stamp
         if dt > 0.0:
             moved, self._drift = lagged_motion(ZERO, self._drift, self.disturbance, self._lag, dt)
             self._drifted = add(self._drifted, moved)
-        motion = self._state.measure(subtract(position, self._drifted), stamp, now)
+        motion = super().measure(subtract(position, self._drifted), stamp, now)
         if dt != 0.0:
-            self._learn(subtract(motion.stopping, self._state.travelled(now)), dt, learns)
+            self._learn(subtract(motion.stopping, self.travelled(now)), dt, learns)
         velocity = add(motion.velocity, self._drift)
         if learns is None or not learns[0]:
             self._gain.restart()
@@ -99,10 +95,6 @@ class DisturbedAirframe:
         waits = now - stamp + self._dead_time
         ahead = add(scale(self._drift, self._lag), scale(self.disturbance, waits))
         return Motion(position, velocity, add(add(motion.stopping, self._drifted), ahead))
-
-    def travelled(self, when: float) -> Vector:
-        """Return the integral of the commands up to `when`, m."""
-        return self._state.travelled(when)
 
     def speed(self, most: float) -> float:
         """Return the speed, m/s, of v_c that keeps every command within `most`."""

@@ -27,6 +27,9 @@ class Given(Record):
         self.travelled: Final = travelled
 
 
+WHOLE, LEVEL, VERTICAL = (1.0, 1.0, 1.0), (1.0, 1.0, 0.0), (0.0, 0.0, 1.0)  # axes whose disturbance is learned
+
+
 class AirframeState:
     """Follows one airframe by its model and its measured positions; times in s on one clock.
 
@@ -35,30 +38,32 @@ class AirframeState:
     The stopping point y = x + lag v + ∫_{s−D}^{now} u (x, v at the time s of the pose) obeys y' = u(now) exactly: for
     any lag and dead time, the commands drive it without delay. The airframe's path from x to y is a chain of convex
     combinations of x, x + lag v and the commands under way.
+
+    It knows no disturbance: a DisturbedAirframe (disturbance.py) estimates and compensates one.
     """
 
     def __init__(self, lag: float, dead_time: float, time_constant: float = 0.1) -> None:
+        self.disturbance: Vector = ZERO  # m/s
+        self.last_command: Vector = ZERO  # m/s, the newest velocity to fly
         self._lag, self._dead_time, self._time_constant = lag, dead_time, time_constant
         self._commands: deque[Given] = deque()
         self._position: Vector | None = None
         self._velocity = ZERO
         self._stamp = 0.0
 
-    @property
-    def last_command(self) -> Vector:
-        """The newest command, m/s."""
-        return self._commands[-1].velocity if self._commands else ZERO
-
-    def command(self, velocity: Vector, now: float) -> None:
-        """Record the command `velocity` (m/s) given at `now`."""
+    def command(self, velocity: Vector, now: float) -> Vector:
+        """Return the command that flies `velocity`, m/s, from `now` on, and record it."""
         commands = self._commands
         commands.append(Given(now, velocity, self.travelled(now)))
         while commands[0].begin < now - self._dead_time - REMEMBERED:
             commands.popleft()
+        self.last_command = velocity
+        return velocity
 
-    def measure(self, position: Vector, stamp: float, now: float) -> Motion:
+    def measure(self, position: Vector, stamp: float, now: float, learns: Vector | None = WHOLE) -> Motion:
         """Receive the newest `position` (m), measured at `stamp`; return the motion at `now`, before the next command.
 
+        `learns` is 1 for each axis whose disturbance may be learned, 0 for one that is kept; None: all are.
         A stamp that is older than the last comes from a clock that was set back: earlier data is dropped.
         """
         dt = stamp - self._stamp
@@ -88,6 +93,16 @@ class AirframeState:
                 dt, u, x = when - given.begin, given.velocity, given.travelled
                 return (x[0] + dt * u[0], x[1] + dt * u[1], x[2] + dt * u[2])
         return self._commands[0].travelled if self._commands else ZERO
+
+    def reset(self) -> None:
+        """Forget the disturbance: the airframe does not fly."""
+
+    def limit_vertical(self, most: float) -> None:
+        """Limit the vertical part of the disturbance to `most`, m/s."""
+
+    def speed(self, most: float) -> float:
+        """Return the speed, m/s, that keeps every command within `most`."""
+        return most
 
     def _predict(self, position: Vector, stamp: float) -> tuple[Vector, Vector]:
         """Integrate the model from the last measurement, at `position`, to `stamp`; return position and velocity."""

@@ -2,10 +2,10 @@ from itertools import pairwise
 from math import dist
 
 import pytest
-from flockwire_core.control.airframe.disturbance import LEVEL, VERTICAL, WHOLE, DisturbedAirframe
+from flockwire_core.control.airframe.disturbance import DisturbedAirframe
 from flockwire_core.control.airframe.first_order_lag import lagged_motion
 from flockwire_core.control.airframe.gain import SETTLED, AirframeGain
-from flockwire_core.control.airframe.state import AirframeState
+from flockwire_core.control.airframe.state import LEVEL, VERTICAL, WHOLE, AirframeState
 from flockwire_core.domain.vector import ZERO, add, norm, scale, subtract
 from hypothesis import given, settings
 from hypothesis import strategies as st
