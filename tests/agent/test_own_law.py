@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 import tomli_w
-from flockwire.law import SECOND, Decision, LawSettings, LeaderMotion, Observation, check_decision
+from flockwire.law import SECOND, Decision, LawSettings, LeaderMotion, Observation
 from flockwire_core import law
+from flockwire_core.law import check_decision
 from flockwire_core.loading import SwarmFileError
 from flockwire_core.own_law import make_law
 from flockwire_core.parameters import law_settings
