@@ -2,10 +2,8 @@
 
     .venv-dev/bin/python lab/bench/agents.py [--followers 5 10 20] [--seconds 15]
 
-Beside each figure stands in brackets what bare Zenoh processes with the same links, keys, rates and sizes cost, and an
-empty step (floor.py), run just after the flight. Beside each flight stands the machine's own floor at that moment: the
-round trip of a UDP datagram between two processes, and how late a timer wakes an idle process. Compare rows of one run
-only.
+Beside each flight stands the machine's own floor at that moment: the round trip of a UDP datagram between processes,
+and how late a timer wakes an idle process. Compare rows of one run only.
 """
 
 from __future__ import annotations
@@ -23,10 +21,7 @@ from pathlib import Path
 
 from flockwire_analysis.reading import read_trace
 from flockwire_core import clock
-from flockwire_core.loading import load_swarm
 from flockwire_core.runtime.ticker import Ticker
-from flockwire_core.wire.plan import Plan
-from floor import floor, traffic
 
 FLOOR_SAMPLES = 300
 ECHO = (
@@ -88,18 +83,10 @@ def fly(folder: Path, followers: int, seconds: float) -> dict[str, float]:
     command = [sys.executable, "-m", "flockwire_operator", "up", str(file), "--headless", "--keys", str(keys)]
     subprocess.run([*command, "--duration", str(seconds), "--out", str(out)], check=False, capture_output=True)
     summary = json.loads((out / "summary.json").read_text())
-    bare = floor(Plan(load_swarm(file)), keys, traffic(out / "trace.mcap"))
     vitals = read_trace(out / "trace.mcap").vitals
     agents = [row for row in vitals if row.last.identity.startswith("uav")]
     steps, latency = summary["steps"], summary["latency_ms"]["pose_to_command"]
     return row | {
-        "floor_agent_cpu": 100 * bare.agent_cpu,
-        "floor_agent_mb": bare.agent_mb,
-        "floor_gateway_cpu": 100 * bare.gateway_cpu,
-        "floor_p50": bare.p50,
-        "floor_p99": bare.p99,
-        "floor_delayed": 100 * bare.late_1ms,
-        "floor_delayed5": 100 * bare.late_5ms,
         "agent_cpu": 100 * statistics.median(row.cpu for row in agents),
         "agent_mb": max(row.last.resident for row in agents) / 2**20,
         "gateway_cpu": 100 * next(row.cpu for row in vitals if row.last.identity == "gateway"),
@@ -115,8 +102,8 @@ def fly(folder: Path, followers: int, seconds: float) -> dict[str, float]:
 
 
 COLUMNS = (
-    ("agent_cpu", "  agent CPU %"), ("agent_mb", "     agent MB"), ("gateway_cpu", "    gateway %"),
-    ("p50", "     p50 ms"), ("p99", "     p99 ms"), ("delayed", "      >1 ms %"), ("delayed5", "      >5 ms %"),
+    ("agent_cpu", "agent CPU %"), ("agent_mb", "agent MB"), ("gateway_cpu", "gateway %"),
+    ("p50", "p50 ms"), ("p99", "p99 ms"), ("delayed", ">1 ms %"), ("delayed5", ">5 ms %"),
     ("skipped", "skipped %"), ("rate", "worst rate %"), ("lost", "lost"), ("error", "error mm"),
     ("udp", "UDP floor ms"), ("timer", "timer p99 ms"),
 )  # fmt: skip
@@ -132,16 +119,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         for followers in options.followers:
             row = fly(Path(folder), followers, options.seconds)
-            cells = (f"{_cell(row, name):>{len(heading)}}" for name, heading in COLUMNS)
+            cells = (f"{row[name]:>{len(heading)}.{0 if row[name] > 99 else 2}f}" for name, heading in COLUMNS)
             print(f"{followers:6}  " + "  ".join(cells), flush=True)
-
-
-def _cell(row: dict[str, float], name: str) -> str:
-    """Return a figure, and its floor where it has one."""
-    figure, floor_ = (
-        f"{row[key]:.{0 if row[key] > 99 else 2}f}" if key in row else "" for key in (name, f"floor_{name}")
-    )
-    return f"{figure} ({floor_})" if floor_ else figure
 
 
 if __name__ == "__main__":

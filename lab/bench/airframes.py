@@ -3,9 +3,7 @@
     python lab/bench/airframes.py [CASE ...] [--flights 10] [--jobs 2] [--disturbance 2.4] [--list]
 
 Every case flies the swarm of lab/bench/separation/five_tello.toml (a Tello's lag and dead time, two obstacles) from the
-same random starts in virtual time, for 30 s. Its agents believe in the file's lag, dead time and gain. `rotorpy` has in
-place of the airframe a multirotor with rotors, attitude and drag (rotor_airframe.py), of the file's lag and a dead time
-of 0.137 s.
+same random starts in virtual time, for 30 s. Its agents believe in the file's lag, dead time and gain.
 Exit status 1 if a flight is not good: drones closer than 0.4 m, obstacles closer than 0.3 m, or a formation error above
 30 mm in the last 30 % of the flight.
 """
@@ -34,13 +32,12 @@ WIND = {"velocity": [0.8, 0.6, 0.0], "gust": 0.5}  # 1 m/s, gusting 0.5
 
 
 class Case(NamedTuple):
-    """What is different: factors of the gain, the lag and the dead time; whether there is wind, and a multirotor."""
+    """What is different: factors of the gain, the lag and the dead time; whether there is wind."""
 
     gain: float = 1.0
     lag: float = 1.0
     dead_time: float = 1.0
     wind: bool = False
-    rotors: bool = False
 
 
 CASES = {
@@ -60,8 +57,6 @@ CASES = {
     "strong and fast, wind": Case(1.3, 0.7, 0.7, wind=True),
     "weak and fast, wind": Case(0.7, 0.7, 0.7, wind=True),
     "strong and late, wind": Case(1.3, 0.7, 1.3, wind=True),
-    "rotorpy": Case(rotors=True),
-    "rotorpy, wind": Case(wind=True, rotors=True),
 }
 
 
@@ -82,14 +77,8 @@ class Result(NamedTuple):
 
 def fly(case: Case, disturbance: float, law: str, number: int) -> Result:
     """Fly one flight of a case."""
-    if case.rotors:
-        import rotor_airframe  # noqa: PLC0415  (needs rotorpy, which the other cases do not)
-
-        rotor_airframe.replace_kinematics()
     changes = {"limits": {"speed": 3.0}, "control": {"law": law}}
     table = merged(swarm_table(SWARM), changes)
-    if case.rotors:
-        table["airframes"]["kinematics"]["dead_time"] = rotor_airframe.OWN_DELAY
     if disturbance:
         table = merged(table, {"control": {"disturbance": disturbance}})
     frame = table["airframes"]["kinematics"]
@@ -115,7 +104,7 @@ def fly(case: Case, disturbance: float, law: str, number: int) -> Result:
 def main() -> int:
     """Print the table; returns the exit status."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("cases", nargs="*", metavar="CASE", help="default: all but rotorpy's; --list shows them")
+    parser.add_argument("cases", nargs="*", metavar="CASE", help="default: all; --list shows them")
     parser.add_argument("--flights", type=int, default=10)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--disturbance", type=float, default=2.4, help="control.disturbance, m/s; 0: not compensated")
@@ -125,14 +114,14 @@ def main() -> int:
     if args.list:
         print("\n".join(CASES))
         return 0
-    names = args.cases or [name for name, case in CASES.items() if not case.rotors]
+    names = args.cases or list(CASES)
     if unknown := [name for name in names if name not in CASES]:
         parser.error(f"{unknown[0]!r}: must be one of {', '.join(map(repr, CASES))}")
     bad = 0
     print(
         "case                    good       drones, m  obstacles, m  tail, mm: median, worst  settled, s: median, worst"
     )
-    with ProcessPoolExecutor(args.jobs, max_tasks_per_child=1) as pool:
+    with ProcessPoolExecutor(args.jobs) as pool:
         for name in names:
             results = list(pool.map(partial(fly, CASES[name], args.disturbance, args.law), range(args.flights)))
             good, tails = sum(one.good for one in results), sorted(1000.0 * one.tail for one in results)

@@ -1,4 +1,4 @@
-"""Flights in which something is in the way, drawn by family and number, for lab/bench/around.py."""
+"""Flights in which something is in the way, drawn by family and number, for tests/lab/test_around.py."""
 
 from __future__ import annotations
 
@@ -20,7 +20,9 @@ TELLO: Table = {  # lag and dead time assumed, not measured
 IDEAL: Table = {"limits": {"speed": 1.5}}
 AREA = 3.5  # m, half the side of the square that starts are drawn from
 SPACING = 0.7  # m between starts, and from an obstacle's surface
-LEADER_ROOM = 0.7  # m from the leader's path to an obstacle's surface: its own detours are lab/bench/leader_path.py's
+LEADER_ROOM = (
+    0.7  # m from the leader's path to an obstacle's surface: its own detours are tests/lab/test_leader_path.py's
+)
 
 
 @dataclass(frozen=True)

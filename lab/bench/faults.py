@@ -31,19 +31,19 @@ from typing import Any
 
 import psutil
 import tomli_w
-from flockwire_core.domain.airframe import Telemetry
 from flockwire_core.domain.pose import Pose
 from flockwire_core.loading import load_swarm
 from flockwire_core.wire.codec import decode
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import Status
-from traced import published
+from flockwire_recorder.records import WholeRecords
+from mcap.records import Channel, Message
 
 SWARM = Path(__file__).parents[2] / "examples/paper_simulation.toml"
 FAULTS = ("kill", "freeze 0.3", "freeze 2", "freeze 8")
 COLLISION = 0.2  # m between two centres, in the air
 IN_THE_AIR = 0.15  # m
-JUDGED = {"truth": Pose, "telemetry": Telemetry, "status": Status}
+JUDGED = {"truth": Pose, "status": Status}
 PORTS = cycle(range(20000, 32000, 80))  # below those that the kernel gives to outgoing connections
 
 
@@ -61,7 +61,6 @@ class Outcome:
     exit_status: int | None = None
     verdict: str = ""
     closest: float = float("inf")
-    silent: float = 0.0  # longest pause of a drone's telemetry: how long a driver that is restarted takes
     highest_at_end: float = 0.0
     left_running: int = 0
     readable: bool = True
@@ -159,8 +158,6 @@ def _inject(kind: str, fault: str, swarm: Path, up: subprocess.Popen[str], chanc
 def judge(outcome: Outcome, traces: list[Path], at: int) -> None:
     """Read what happened from the trace, without the project's own reader."""
     places: dict[str, tuple[float, float, float]] = {}
-    states: dict[str, int] = {}
-    told: dict[str, int] = {}  # when a drone's telemetry came last
     phases: dict[str, str] = {}
     for owner, message in messages(outcome, traces):
         match message:
@@ -168,10 +165,6 @@ def judge(outcome: Outcome, traces: list[Path], at: int) -> None:
                 places[owner] = message.position
                 airborne = [place for place in places.values() if place[2] > IN_THE_AIR]
                 outcome.closest = min([outcome.closest, *(dist(a, b) for a, b in combinations(airborne, 2))])
-            case Telemetry():
-                if owner in told and told[owner] > at - 10**9:
-                    outcome.silent = max(outcome.silent, (message.stamp - told[owner]) / 1e9)
-                states[owner], told[owner] = message.state, message.stamp
             case Status():
                 phase = message.report.phase
                 if phases.get(owner) != phase and message.stamp > at and owner in phases:
@@ -181,12 +174,18 @@ def judge(outcome: Outcome, traces: list[Path], at: int) -> None:
     outcome.readable = outcome.readable and bool(places)
 
 
-def messages(outcome: Outcome, traces: list[Path]) -> Iterator[tuple[str, Pose | Telemetry | Status]]:
+def messages(outcome: Outcome, traces: list[Path]) -> Iterator[tuple[str, Pose | Status]]:
     """Yield owner and message of what is judged; keeps a trace that cannot be read."""
     for trace in traces:
+        owned: dict[int, tuple[str, str]] = {}
         try:
-            for owner, kind, record in published(trace, *JUDGED):
-                yield owner, decode(JUDGED[kind], record.data)
+            for record in WholeRecords(trace):
+                match record:
+                    case Channel(topic=topic) if topic.count("/") == 3 and topic.rpartition("/")[2] in JUDGED:
+                        owned[record.id] = topic.split("/")[2], topic.split("/")[3]
+                    case Message() if record.channel_id in owned:
+                        owner, kind = owned[record.channel_id]
+                        yield owner, decode(JUDGED[kind], record.data)
         except (OSError, ValueError):
             outcome.readable = False
             shutil.copy(trace, Path(tempfile.gettempdir()) / f"unreadable-{trace.stat().st_mtime_ns}.mcap")
@@ -224,7 +223,7 @@ def main() -> None:
         for case, outcome in zip(cases, pool.map(fly, cases), strict=True):
             results.append(asdict(outcome) | {"seed": case[3], "bad": outcome.bad})
             print(f"{outcome.law:9}{outcome.kind:11}{outcome.fault:11}{outcome.closest:6.2f} m  "
-                  f"silent {outcome.silent:4.1f} s  end {outcome.highest_at_end:5.2f} m  "
+                  f"end {outcome.highest_at_end:5.2f} m  "
                   f"exit {outcome.exit_status}  {outcome.bad or 'ok'}  "
                   f"{outcome.verdict[:90]}", flush=True)  # fmt: skip
             (options.out / "faults.json").write_text(json.dumps(results, indent=1) + "\n")

@@ -1,9 +1,9 @@
-"""How well both laws keep drones apart: four crowded cases from random starts, as a table.
+"""How well both laws keep drones apart: three crowded cases from random starts, as a table.
 
     python lab/bench/separation.py [RUNS] [--jobs 2] [--out runs/separation]
 
-Flies `flockwire study` on the files in separation/. RUNS is the number of starts for each law, a twentieth of it
-with forty drones; without it the files' own, which takes hours. A call that was stopped continues where it was.
+Flies `flockwire study` on the files in separation/. RUNS is the number of starts for each law; without
+it the files' own, which takes hours. A call that was stopped continues where it was.
 """
 
 from __future__ import annotations
@@ -23,18 +23,16 @@ FILES = Path(__file__).parent / "separation"
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A swarm file, the study that varies it, and by how much fewer runs it has than the others."""
+    """A swarm file, and the study that varies it."""
 
     swarm: str
     study: str
-    divisor: int = 1
 
 
 CASES = (
     Case("five", "five_study"),
     Case("five_tello", "five_study"),
     Case("twelve", "twelve_study"),
-    Case("forty", "forty_study", 20),
 )
 COLUMNS = {  # heading: width
     "case, law": 22,
@@ -53,7 +51,7 @@ def fly(case: Case, runs: int | None, jobs: int, out: Path) -> list[dict[str, An
     files = [str(FILES / f"{name}.toml") for name in (case.swarm, case.study)]
     command = [sys.executable, "-m", "flockwire_operator", "study", *files, "--out", str(out), "--jobs", str(jobs)]
     if runs is not None:
-        command += ["--runs", str(max(1, runs // case.divisor))]
+        command += ["--runs", str(runs)]
     done = subprocess.run(command, check=False, stdout=subprocess.DEVNULL)
     if done.returncode == 2:
         raise SystemExit(2)

@@ -3,8 +3,8 @@
     lab/bench/stop.py [--runs 30] [--in-flight 3]
 
 Rows: a session that is kept, a one-shot `flockwire stop` on an idle machine and with all cores busy, to the drivers of
-five drones on the ground; then a one-shot in flight, with each kind of process dead, under a flood, and while 80
-foreign sessions with one drone's certificate are open. The way back of the telemetry is included.
+five drones on the ground; then a one-shot in flight, with each kind of process dead. The way back of the telemetry is
+included.
 """
 
 from __future__ import annotations
@@ -23,24 +23,19 @@ from collections.abc import Callable, Iterator
 from itertools import cycle
 from pathlib import Path
 
-import psutil
-import zenoh
 from flockwire_core import clock
 from flockwire_core.domain.airframe import FlightState
 from flockwire_core.ground.order import Order
 from flockwire_core.loading import load_swarm
 from flockwire_core.runtime.session import Session
-from flockwire_core.security.files import files_of
 from flockwire_core.security.pki import make_keys
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import OPERATOR
-from flockwire_lab.probe.attackers import Attacker, attacker_configuration
 from flockwire_operator.station.host import Host
 from flockwire_operator.station.operator import Operator
 
 SWARM = Path(__file__).parents[2] / "examples/paper_simulation.toml"
 PORTS = cycle(range(20000, 32000, 80))  # below those that the kernel gives to outgoing connections
-FOREIGN = 80
 VICTIMS = ("uav2", "leader", "gateway", "recorder")
 
 
@@ -142,40 +137,6 @@ def _spin() -> None:
         pass
 
 
-@contextlib.contextmanager
-def foreign(swarm: Bench) -> Iterator[None]:
-    """Open FOREIGN sessions with one drone's certificate to every process."""
-    targets = [swarm.plan.locator(endpoint) for endpoint in swarm.plan.endpoints.values()]
-    attacker = Attacker("uav2", files_of(swarm.keys, "uav2"), "peer")
-    with contextlib.ExitStack() as stack:
-        for _ in range(FOREIGN):
-            configuration = attacker_configuration(attacker, targets, str(swarm.keys / "ca.crt"))
-            stack.enter_context(zenoh.open(configuration))
-        time.sleep(2.0)
-        yield
-
-
-@contextlib.contextmanager
-def flood(swarm: Bench) -> Iterator[None]:
-    """Publish rubbish on a drone's own keys to the driver as fast as it goes, with its certificate."""
-    targets = [swarm.plan.locator(swarm.plan.endpoints[other]) for other in swarm.plan.dials["uav1"]]
-    attacker = Attacker("uav1", files_of(swarm.keys, "uav1"), "peer")
-    script = (
-        "import sys, zenoh\n"
-        "session = zenoh.open(zenoh.Config.from_json5(sys.argv[1]))\n"
-        "while True:\n"
-        f"    session.put('{swarm.plan.swarm.name}/uav1/command', bytes(1000))\n"
-    )
-    configuration = str(attacker_configuration(attacker, targets, str(swarm.keys / "ca.crt")))
-    process = subprocess.Popen([sys.executable, "-c", script, configuration], stderr=subprocess.DEVNULL)
-    time.sleep(2.0)
-    try:
-        yield
-    finally:
-        process.kill()
-        process.wait()
-
-
 def row(name: str, seconds: list[float]) -> None:
     """Print one row of the table."""
     ordered = sorted(1000.0 * second for second in seconds)
@@ -210,27 +171,15 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=30)
     parser.add_argument("--in-flight", type=int, default=3)
     options = parser.parse_args()
-    print(f"load of the machine before: {psutil.getloadavg()[0]:.1f}")
     row("kept session, on the ground", on_the_ground(Bench.kept, options.runs))
     row("one-shot, on the ground", on_the_ground(Bench.one_shot, options.runs))
     with busy():
         row("one-shot, on the ground, all cores busy", on_the_ground(Bench.one_shot, options.runs))
-    flights = range(options.in_flight)
-    row("kept session, in flight", [in_flight(Bench.kept) for _ in flights])
-    row("one-shot, in flight", [in_flight(Bench.one_shot) for _ in flights])
-    for victim in VICTIMS:
-        row(f"one-shot, in flight, {victim} dead", [in_flight(Bench.one_shot, victim) for _ in flights])
-
-    def under_flood(swarm: Bench) -> float:
-        with flood(swarm):
-            return swarm.one_shot()
-
-    def among_foreign(swarm: Bench) -> float:
-        with foreign(swarm):
-            return swarm.one_shot()
-
-    row("one-shot, in flight, driver flooded", [in_flight(under_flood) for _ in flights])
-    row(f"one-shot, in flight, {FOREIGN} foreign sessions", [in_flight(among_foreign) for _ in flights])
+    for victim in ("", *VICTIMS):
+        row(
+            f"one-shot, in flight, {victim or 'nobody'} dead",
+            [in_flight(Bench.one_shot, victim) for _ in range(options.in_flight)],
+        )
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ CONFIGURATION = """<CycloneDDS><Domain Id="any">
 <General><Interfaces><NetworkInterface address="127.0.0.1" multicast="false"/></Interfaces>
 <AllowMulticast>false</AllowMulticast></General>
 <Discovery><ParticipantIndex>auto</ParticipantIndex><Peers><Peer address="127.0.0.1"/></Peers></Discovery>
-{security}</Domain></CycloneDDS>"""
+</Domain></CycloneDDS>"""
 NEWEST = Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(1), Policy.Deadline(duration(infinite=True)))
 
 
@@ -50,11 +50,9 @@ class _Answering(Listener):
 
 
 @contextlib.contextmanager
-def opened(
-    number: int, source: int | None, receive: Callable[[int], int | None], security: str
-) -> Iterator[Callable[[int], None]]:
-    """Open the end of process `number`, which receives what process `source` sends; `security` is of its domain."""
-    domain = Domain(DOMAIN, CONFIGURATION.format(security=security))
+def opened(number: int, source: int | None, receive: Callable[[int], int | None]) -> Iterator[Callable[[int], None]]:
+    """Open the end of process `number`, which receives what process `source` sends."""
+    domain = Domain(DOMAIN, CONFIGURATION)
     participant = DomainParticipant(DOMAIN)
     writer = DataWriter(participant, Topic(participant, f"bench{number}", Sent, NEWEST), NEWEST)
 

@@ -9,17 +9,19 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
+import shutil
 import socket
+import subprocess
 import threading
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import AbstractAsyncContextManager, AbstractContextManager
 from dataclasses import astuple, dataclass
 from functools import partial
+from getpass import getuser
 from importlib.util import find_spec
 from pathlib import Path
 
-import transport_broker
-import transport_dds_security
+import psutil
 import zenoh
 from flockwire_core import clock
 from flockwire_core.domain.motion import Estimate, LeaderMotion
@@ -34,10 +36,10 @@ from flockwire_core.wire.codec import encode
 from flockwire_core.wire.inbox import ATTACHMENT
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.plan import Plan
-from transport_broker import HOME
 
 FRAME, MOTION = "world", LeaderMotion((1.0, 2.0, 3.0), (0.1, 0.2, 0.3), (0.0, 0.0, 0.0))
 SIZE = len(encode(Estimate(0, FRAME, MOTION))) + ATTACHMENT.size  # bytes, of every transport's message
+HOME, BROKER = "127.0.0.1", "mosquitto"
 OURS, PLAIN = "flockwire", "flockwire, none"  # with mutual TLS; with network.security = "none"
 
 
@@ -84,9 +86,8 @@ def plan_of(place: Place, security: str = "mtls") -> Plan:
 
 
 def prepare(place: Place) -> None:
-    """Make the certificates, and what DDS Security wants signed."""
+    """Make the certificates."""
     make_keys(plan_of(place), place.folder, clock.utc())
-    transport_dds_security.sign(place.folder, [uav(i + 1) for i in range(place.count)])
 
 
 @contextlib.asynccontextmanager
@@ -167,12 +168,12 @@ async def by_udp(place: Place, receive: Receive) -> AsyncIterator[Send]:
 
 
 @contextlib.asynccontextmanager
-async def by_mqtt(place: Place, receive: Receive, encrypted: bool) -> AsyncIterator[Send]:
-    """Open a client of the broker, by mutual TLS if `encrypted`: delivered at most once."""
+async def by_mqtt(place: Place, receive: Receive) -> AsyncIterator[Send]:
+    """Open a client of the broker, by mutual TLS: delivered at most once."""
     import aiomqtt  # noqa: PLC0415  (not everywhere)
 
     files = map(str, astuple(files_of(place.folder, uav(place.number + 1))))
-    tls = aiomqtt.TLSParameters(*files) if encrypted else None
+    tls = aiomqtt.TLSParameters(*files)
 
     async def listen() -> None:
         async for message in client.messages:
@@ -196,13 +197,11 @@ async def by_mqtt(place: Place, receive: Receive, encrypted: bool) -> AsyncItera
 
 
 @contextlib.asynccontextmanager
-async def by_dds(place: Place, receive: Receive, encrypted: bool) -> AsyncIterator[Send]:
-    """Open a participant of CycloneDDS, with DDS Security if `encrypted`; a listener's thread answers."""
+async def by_dds(place: Place, receive: Receive) -> AsyncIterator[Send]:
+    """Open a participant of CycloneDDS; a listener's thread answers."""
     import transport_dds  # noqa: PLC0415  (not everywhere)
 
-    files = files_of(place.folder, uav(place.number + 1))
-    security = transport_dds_security.security(files) if encrypted else ""
-    with transport_dds.opened(place.number, place.source, receive, security) as send:
+    with transport_dds.opened(place.number, place.source, receive) as send:
         yield send
 
 
@@ -220,22 +219,36 @@ def transports() -> Iterator[Transport]:
     """Yield all, first flockwire and those that encrypt, then flockwire without security and those that do not."""
     install = "uv pip install --python .venv-dev -r lab/bench/requirements.txt"
     dds = "" if find_spec("cyclonedds") else install
-    server = "" if transport_broker.program() else f"apt-get install {transport_broker.BROKER}"
+    server = "" if broker_program() else f"apt-get install {BROKER}"
     mqtt = "; ".join(filter(None, ("" if find_spec("aiomqtt") else install, server)))
     yield Transport(OURS, partial(by_flockwire, security="mtls"))
     yield Transport("Zenoh", partial(by_zenoh, in_loop=False))
     yield Transport("Zenoh, asyncio", partial(by_zenoh, in_loop=True))
-    yield Transport("DDS Security", partial(by_dds, encrypted=True), dds or transport_dds_security.lacking())
-    yield Transport("MQTT, TLS", partial(by_mqtt, encrypted=True), mqtt, partial(broker, encrypted=True))
+    yield Transport("MQTT, TLS", by_mqtt, mqtt, broker)
     yield Transport(PLAIN, partial(by_flockwire, security="none"))
-    yield Transport("CycloneDDS", partial(by_dds, encrypted=False), dds)
-    yield Transport("MQTT", partial(by_mqtt, encrypted=False), mqtt, partial(broker, encrypted=False))
+    yield Transport("CycloneDDS", by_dds, dds)
     yield Transport("UDP", by_udp)
 
 
-def broker(place: Place, encrypted: bool) -> AbstractContextManager[Callable[[], float]]:
-    """Run the MQTT broker inside, with mutual TLS if `encrypted`; yields the function of its processor time, s."""
-    return transport_broker.running(place.folder, place.port, files_of(place.folder, "gateway") if encrypted else None)
+def broker_program() -> str | None:
+    """Return the path of the MQTT broker, None when it is not installed."""
+    return shutil.which(BROKER) or shutil.which(BROKER, path="/usr/sbin")
+
+
+@contextlib.contextmanager
+def broker(place: Place) -> Iterator[Callable[[], float]]:
+    """Run the MQTT broker inside, with mutual TLS; yields the function of its processor time, s."""
+    file, files = place.folder / f"broker{place.port}.conf", files_of(place.folder, "gateway")
+    lines = [f"listener {place.port} {HOME}", "allow_anonymous true", "set_tcp_nodelay true"]
+    lines += [f"cafile {files.authority}", f"certfile {files.certificate}", f"keyfile {files.key}"]
+    lines += ["require_certificate true", f"user {getuser()}"]  # who may read the key
+    file.write_text("\n".join(lines))
+    with subprocess.Popen([broker_program() or BROKER, "-c", str(file)], stderr=subprocess.DEVNULL) as process:
+        times = psutil.Process(process.pid).cpu_times
+        try:
+            yield lambda: sum(times()[:2])
+        finally:
+            process.terminate()
 
 
 def payload(stamp: int) -> bytes:

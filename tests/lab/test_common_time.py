@@ -18,7 +18,7 @@ from flockwire_core.wire.status import Status
 from flockwire_lab.process import Published
 from flockwire_lab.world import EPOCH, World
 
-SWARM = Path(__file__).parents[2] / "lab/bench/common_time.toml"
+SWARM = Path(__file__).with_name("common_time.toml")
 SECONDS = 14.0
 
 

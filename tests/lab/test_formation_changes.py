@@ -1,11 +1,6 @@
-"""A flight of lab/bench/formation_changes.py, and changes at awkward moments."""
+"""Changes of formation at awkward moments."""
 
 from __future__ import annotations
-
-import importlib.util
-import sys
-from pathlib import Path
-from types import ModuleType
 
 import pytest
 from flockwire_core.domain.time import SECOND, nanoseconds
@@ -14,30 +9,7 @@ from flockwire_core.ground.formation_planning import plan_change
 from flockwire_core.ground.order import Order
 from flockwire_lab.world import EPOCH
 
-BENCH = Path(__file__).parents[2] / "lab/bench" / "formation_changes.py"
 FORMATIONS = {"control.law": "extended", "formations": {"row": {"kind": "line", "spacing": 0.9, "heading": 1.0}}}
-
-
-@pytest.fixture(scope="module")
-def bench() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("formation_changes", BENCH)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["formation_changes"] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-@pytest.mark.long
-def test_twelve_drones_go_through_random_formations(bench: ModuleType) -> None:
-    swarm, names = bench.drawn_swarm(3, 12, 8, tello=False)
-    found = bench.fly(swarm, names, 3)
-    assert found.failure == ""
-    assert len(found.durations) + len(found.refusals) == 8
-    assert len(found.durations) >= 5
-    assert found.separation >= swarm.avoidance.drone_safety_distance
-    assert found.commanded <= swarm.limits.speed + 1e-9
-    assert found.jump < 1e-3
 
 
 class Script(Director):

@@ -1,4 +1,4 @@
-"""A process that lies with good keys, flown: whom it harms, and what notices it (lab/bench/liar.py, docs/safety.md)."""
+"""A process that lies with good keys, flown: whom it harms, and what notices it."""
 
 from __future__ import annotations
 
@@ -8,12 +8,9 @@ from typing import Any
 
 import pytest
 from flockwire_core.domain.motion import Leading
-from flockwire_core.pilot.agreement import DISAGREE
 from flockwire_core.wire.status import LEFT_OUT
-from liar import GRAPHS, displaced
-from liar import fly as flown_by_bench
 
-EVERYBODY = {"control.law": "extended", "graph.edges": GRAPHS["complete"]}
+EVERYBODY = {"control.law": "extended", "graph.edges": [[i, j] for j in range(1, 5) for i in range(5) if i != j]}
 AT = 4.5
 
 
@@ -38,19 +35,3 @@ def test_all_that_a_liar_says_is_published_and_only_its_estimate_is_left_out(fly
     heights = [message.height for _, message in flown.of("telemetry", "uav2", AT - 0.5, AT + 1.4)]
     assert max(heights) - min(heights) == pytest.approx(0.5, abs=0.05)
     assert not flown.outcome.failure
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(
-    ("graph", "lie", "most", "told"),
-    [
-        ("complete", "estimate 3 m/s", 0.3, "leaves out the estimate of uav1"),
-        ("double chain", "estimate 0.5 m/s", 9.0, DISAGREE),
-        ("chain", "pose 1 m/s", 9.0, "apart from its commands"),
-    ],
-)
-def test_the_figures_of_the_page(graph: str, lie: str, most: float, told: str) -> None:
-    flown, honest = flown_by_bench(graph, "extended", lie), flown_by_bench(graph, "extended", "none")
-    assert max(displaced(flown, honest).values()) < most
-    assert any(told in line for _, line in flown.reported)
-    assert not any(told in line for _, line in honest.reported)

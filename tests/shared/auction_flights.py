@@ -1,4 +1,4 @@
-"""One virtual flight of followers that share their places out by an auction (lab/bench/auction.py --flights)."""
+"""One virtual flight of followers that share their places out by an auction."""
 
 from __future__ import annotations
 
