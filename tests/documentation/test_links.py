@@ -34,6 +34,14 @@ def test_every_file_that_a_page_names_exists(page):
     assert not [name for name in named if not (ROOT / name).exists()]
 
 
+def test_the_files_to_edit_exist():
+    page = (ROOT / "docs/concepts/architecture.md").read_text(encoding="utf-8").partition("## To change something")[2]
+    named = re.findall(r"`([\w/.]+(?:/|\.\w+))`", page)
+    assert not [
+        name for name in named if not any((root / name).exists() for root in (ROOT, ROOT / "core/flockwire_core"))
+    ]
+
+
 def test_a_page_that_is_not_there_would_be_noticed():
     text = "[one](docs/none.md#there), [two](https://example.org)"
     assert LINK.findall(text) == ["docs/none.md#there", "https://example.org"]
