@@ -25,7 +25,7 @@ from statistics import median
 
 from fault_draws import KINDS, VARIANTS
 from fault_judge import Result, fly, fly_rare
-from flockwire_lab.coverage import Coverage
+from flockwire_lab import coverage
 from flockwire_lab.search.rungs import RUNGS
 from rare_draws import RARE_KINDS
 
@@ -48,7 +48,7 @@ def print_tables(results: list[Result]) -> None:
         times = sorted(_times(rung, results))
         timed = f"{median(times):8.2f}{times[-1]:8.2f}   of {len(times)}" if times else ""
         print(f"{rung:28}{count:>9}{timed}")
-    print("", *Coverage.of(result.marks for result in results).table(), sep="\n")
+    print("", *coverage.table(result.events for result in results), sep="\n")
     closest = min(results, key=lambda result: result.closest)
     fastest = max(results, key=lambda result: result.fastest_contact)
     print(f"\nclosest approach {closest.closest:.3f} m (seed {closest.seed})")

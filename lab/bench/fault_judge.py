@@ -9,11 +9,11 @@ from typing import Any
 
 from fault_draws import DURATION, Drawn, drawn
 from fault_injector import Injector
-from flockwire_core.domain.marks import marked
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import nanoseconds
 from flockwire_core.domain.vector import Vector
+from flockwire_core.pilot.place import CROWDED
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.processes import CONSOLE
 from flockwire_lab.process import Published
@@ -28,7 +28,7 @@ from rare_swarms import SIDE
 
 LOOKING = 30.0  # s for which a landing may look for a free place in a room with hardly one
 DISTANCES = ("distance:", "clearance:")  # law "paper", without a safety filter, promises none (docs/study.md)
-NO_PLACE = "landing place: none is free"
+NO_PLACE = f"pilot: landing, {CROWDED.text}"
 UNOWED = {  # a hand still holds it; it obeys its last command; it is elsewhere until its pilot knows (docs/safety.md)
     HAND: ("down",), UPLINK: ("fence", "clearance"), APART: ("distance", "clearance", "fence"),
 }  # fmt: skip
@@ -51,7 +51,7 @@ class Result:
     bad: list[str] = field(default_factory=list)
     unpromised: list[str] = field(default_factory=list)  # what is not bad because the law does not promise it
     rungs: dict[str, float] = field(default_factory=dict)  # when each was first reached
-    marks: dict[str, int] = field(default_factory=dict)  # how often each was reached
+    events: dict[str, int] = field(default_factory=dict)  # how often each happened
     margins: dict[str, float] = field(default_factory=dict)  # of each property, as a share of its bound
 
     @property
@@ -90,18 +90,17 @@ class Judge:
         flight, recorder, injector, scheduler = self.flight, self._recorder, self._injector, self.world.scheduler
         scheduler.at(EPOCH + nanoseconds(self._bounds.longest) + OVERTIME, lambda _: scheduler.stop())
         injector.begin()
-        with marked() as marks:
-            outcome = self.world.run()
-            injector.end()
-            if recorder.was_stopped:  # the flight is over when all motors are off: let the drones fall
-                scheduler.run(scheduler.now + fall_time(flight.swarm))
+        outcome = self.world.run()
+        injector.end()
+        if recorder.was_stopped:  # the flight is over when all motors are off: let the drones fall
+            scheduler.run(scheduler.now + fall_time(flight.swarm))
         flown = recorder.flown(
             EPOCH + nanoseconds(outcome.seconds), outcome.failure, fails=self._fails, world_ended=injector.world_ended,
             still=(), jumps=(), formed=(), tails={}, visited=self._visited,
         )  # fmt: skip
         judged = judge(flown, recorder, list(flight.faults), self._bounds)
         contact, bad = judged.margins.get("contact"), judged.violations
-        if NO_PLACE in marks:  # a drone without a place to land hovers, and the director says so
+        if NO_PLACE in judged.events:  # a drone without a place to land hovers, and the director says so
             bad = [what for what in bad if not what.startswith(("down:", "over:", "landing:"))]
         for name, owner in self._unowed():
             if name in judged.margins and owner in (judged.margins[name].who, *judged.margins[name].what.split()):
@@ -112,7 +111,8 @@ class Judge:
         return Result(
             flight.seed, flight.variant, flight.usual, list(flight.faults), outcome.failure, outcome.seconds,
             closest(flown), closest(flown, falls=True), 0.0 if contact is None else (1.0 - contact.value) * fastest,
-            injector.world_ended, [what for what in bad if what not in unpromised], unpromised, judged.rungs, marks,
+            injector.world_ended, [what for what in bad if what not in unpromised], unpromised, judged.rungs,
+            judged.events,
             {name: round(margin.value, 4) for name, margin in judged.margins.items()},
         )  # fmt: skip
 

@@ -1,65 +1,57 @@
-"""Coverage of meaning: how many flights of a campaign reached each mark, and which marks none reached.
+"""Coverage by what traces show: how many flights had each event.
 
-The marks are those of flockwire/domain/marks.txt.
+An event is a change of a phase, a reason for one, an order, a count of what was rejected, a kind of key.
 """
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from functools import cache
-from importlib.resources import files
-from typing import Self
+
+from flockwire_analysis.recorded import Trace
+from flockwire_core.pilot.transitions import PHASES, transitions
+
+_VALUES = re.compile(r"[\d:(].*")  # of a reason, from its first number on: "own pose lost for 1.2 s"
 
 
-@cache
-def declared() -> tuple[str, ...]:
-    """Return all marks, each once."""
-    text = (files("flockwire_core.domain") / "marks.txt").read_text(encoding="utf-8")
-    return tuple(text.splitlines())
+def events(trace: Trace) -> dict[str, int]:
+    """Return how often each event happened in a flight."""
+    found = Counter[str](f"order: {order.verb}" for order in trace.orders)
+    found["order: stop"] += len(trace.stops)
+    found["order: beside another one"] += sum(bool(one.concurrent) for of in trace.histories.values() for one in of)
+    found.update(f"key: {key.kind}" for key, series in trace.series.items() if len(series))
+    for identity, changes in trace.shown.items():
+        row = trace.plan.rows.get(identity)
+        kind, phase = identity if row is None else "pilot" if row.pilot else row.kind, ""
+        for change in changes:
+            if phase and change.phase != phase:
+                found[f"{kind}: {phase} to {change.phase}"] += 1
+            phase = change.phase
+            found.update(f"{kind}: {phase}, {reason}" for reason in _reasons(change.why))
+    for process in trace.vitals:
+        found.update({f"count: {name}": count for name, count in process.last.report.counts})
+    return {event: count for event, count in sorted(found.items()) if count}
 
 
-class Coverage:
-    """Adds up the marks of flights."""
+def _reasons(why: str) -> Iterator[str]:
+    yield from filter(None, (_VALUES.sub("", reason).strip() for reason in why.split("; ")))
 
-    def __init__(self) -> None:
-        self.flights = 0
-        self.reached: Counter[str] = Counter()  # flights that reached a mark
-        self.times: Counter[str] = Counter()
 
-    @classmethod
-    def of(cls, flights: Iterable[Mapping[str, int]]) -> Self:
-        """Return the coverage of flights by the marks that each reached."""
-        coverage = cls()
-        for marks in flights:
-            coverage.add(marks)
-        return coverage
-
-    def add(self, marks: Mapping[str, int]) -> None:
-        """Add a flight that reached `marks` so many times each."""
-        self.flights += 1
-        self.reached.update(marks.keys())
-        self.times.update(marks)
-
-    def rarer(self, than: int) -> tuple[str, ...]:
-        """Return the marks that fewer flights reached."""
-        return tuple(mark for mark in declared() if self.reached[mark] < than)
-
-    @property
-    def undeclared(self) -> tuple[str, ...]:
-        """The marks that were reached, but are not declared."""
-        return tuple(sorted(self.reached.keys() - set(declared())))
-
-    @property
-    def line(self) -> str:
-        """How many of the marks were reached, in a few words."""
-        return f"{len(declared()) - len(self.rarer(1))} of {len(declared())} reached in {self.flights} flights"
-
-    def table(self) -> Iterator[str]:
-        """Yield the table, line by line, then the marks that were never reached."""
-        yield f"{'mark':64}{'flights':>9}{'times':>11}"
-        for mark in (*declared(), *self.undeclared):
-            yield f"{mark:64}{self.reached[mark]:>9}{self.times[mark]:>11}"
-        yield self.line
-        yield from (f"never reached: {mark}" for mark in self.rarer(1))
-        yield from (f"not declared: {mark}" for mark in self.undeclared)
+def table(flights: Iterable[Mapping[str, int]]) -> Iterator[str]:
+    """Yield, line by line, how many flights had each event; then the transitions of pilots that none had."""
+    count, reached, times = 0, Counter[str](), Counter[str]()
+    for flight in flights:
+        count += 1
+        reached.update(flight.keys())
+        times.update(flight)
+    yield f"{'event':80}{'flights':>9}{'times':>11}"
+    yield from (f"{event:80}{reached[event]:>9}{times[event]:>11}" for event in sorted(reached))
+    yield f"{len(reached)} events in {count} flights"
+    named = {
+        f"pilot: {before} to {row.after}"
+        for row in transitions()
+        for before in PHASES
+        if before in row.before and before is not row.after
+    }
+    yield from (f"never: {event}" for event in sorted(named - reached.keys()))

@@ -7,7 +7,6 @@ stops the motors as soon as a stop arrives. It relies on the drone's state, not 
 from __future__ import annotations
 
 from flockwire_core.domain.airframe import Command, FlightState, Telemetry
-from flockwire_core.domain.marks import Holding, sometimes
 from flockwire_core.domain.order import Stop
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND, nanoseconds
@@ -67,7 +66,6 @@ class DriverCore:
         self._land_at: int | None = None
         self._down_since: int | None = None
         self._clipped = self._foreign = 0
-        self._rungs = Holding()
 
     @property
     def sockets(self) -> tuple[Address, ...]:
@@ -180,8 +178,6 @@ class DriverCore:
     def _descend(self, t: int) -> None:
         """Land without commands, if the process must end, and if the pilot descends near the ground."""
         if self._retired(t) or self._silence(t) > self._limits.staleness.command_land:
-            if self._flight.mode in (Mode.FLYING, Mode.TAKING_OFF):
-                sometimes("rung: driver, lands")
             self._flight.land(t)
 
     def _steer(self, t: int) -> None:
@@ -192,8 +188,6 @@ class DriverCore:
         stale = self._stale(t)
         if stale and self._flight.mode is Mode.CONNECTING and self._commanded is None:
             return
-        if stale or self._rungs.marks:
-            self._rungs.update(("rung: driver, zero",) if stale and self._flight.mode is Mode.FLYING else ())
         centred = stale or self._flight.mode is Mode.LANDING
         sticks: Sticks = CENTRED if centred else self._stick_control.sticks(self._velocity, self._yaw_rate, t)
         self._client.send(sticks.command, t)

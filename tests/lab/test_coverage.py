@@ -1,73 +1,32 @@
-"""The table of marks: it names what the code marks, no more and no less, and what a campaign has not reached."""
+"""Coverage: what a trace shows of a flight, and how many flights showed it."""
 
 from __future__ import annotations
 
-import ast
-import re
-from collections.abc import Iterator
-from importlib.resources import files
-from pathlib import Path
+from collections.abc import Callable
 
-import flockwire_agent
-import flockwire_core
-import flockwire_leader
-import flockwire_tello
-import flockwire_twins.kinematics
-import pytest
-from flockwire_lab.coverage import Coverage, declared
-
-PACKAGES = (flockwire_core, flockwire_agent, flockwire_twins.kinematics, flockwire_leader, flockwire_tello)
-LISTED = (files("flockwire_core.domain") / "marks.txt").read_text().splitlines()
-GROUPS = {mark.split(": ")[0] for mark in declared()}
+from flockwire_core.process.fault_file import parse_faults
+from flockwire_core.wire.plan import Plan
+from flockwire_lab.coverage import events, table
+from flockwire_lab.flight import Flight, fly_in_memory
 
 
-def spelled() -> Iterator[str]:
-    """Yield a regular expression for each text of the code that begins like a mark."""
-    for package in PACKAGES:
-        for file in Path(str(package.__file__)).parent.rglob("*.py"):
-            text = file.read_text()
-            if not any(f'"{group}: ' in text for group in GROUPS):
-                continue
-            tree = ast.parse(text)
-            inner = {id(part) for node in ast.walk(tree) if isinstance(node, ast.JoinedStr) for part in node.values}
-            for node in ast.walk(tree):
-                parts = node.values if isinstance(node, ast.JoinedStr) else [node]
-                if id(node) in inner or not all(isinstance(part, ast.Constant | ast.FormattedValue) for part in parts):
-                    continue
-                text = "".join(
-                    re.escape(part.value) if isinstance(part, ast.Constant) and isinstance(part.value, str) else ".+?"
-                    for part in parts
-                )
-                if text.replace("\\", "").split(": ")[0] in GROUPS and ": " in text.replace("\\", ""):
-                    yield text
+def test_a_flight_has_its_phases_orders_and_reasons(make_plan: Callable[..., Plan]) -> None:
+    plan = make_plan()
+    lost = {"at": 4.0, "kind": "tracker", "drone": 2, "duration": 3.0}
+    faults = parse_faults({"faults": [lost]}, plan, "lost.toml")
+    _, trace = fly_in_memory(Flight(plan.swarm, 0, 6.0, faults), lambda _: None)
+    found = events(trace)
+    expected = {
+        "order: takeoff", "order: start", "key: command", "pilot: take-off to hold", "pilot: hold to formation",
+        "pilot: landing, own pose lost for", "pilot: landing to grounded",
+    }  # fmt: skip
+    assert expected <= found.keys()
+    assert all(found.values())
 
 
-@pytest.fixture(scope="module")
-def patterns() -> set[str]:
-    return set(spelled())
-
-
-def test_each_mark_of_the_code_is_declared(patterns: set[str]) -> None:
-    assert [text for text in patterns if not any(re.fullmatch(text, mark) for mark in declared())] == []
-
-
-def test_each_declared_mark_is_in_the_code(patterns: set[str]) -> None:
-    assert [mark for mark in declared() if not any(re.fullmatch(text, mark) for text in patterns)] == []
-
-
-def test_a_mark_is_declared_once() -> None:
-    assert len(set(LISTED)) == len(LISTED)
-
-
-def test_a_campaign_counts_flights_and_names_what_it_never_reached() -> None:
-    coverage = Coverage()
-    coverage.add({"director: takes off": 1, "guard: a wall": 7})
-    coverage.add({"director: takes off": 1, "no such mark": 1})
-    assert (coverage.flights, coverage.reached["director: takes off"], coverage.times["guard: a wall"]) == (2, 2, 7)
-    assert "guard: a wall" in coverage.rarer(2)
-    assert "guard: a wall" not in coverage.rarer(1)
-    assert coverage.undeclared == ("no such mark",)
-    lines = list(coverage.table())
-    assert "never reached: director: lands" in lines
-    assert "not declared: no such mark" in lines
-    assert "never reached: director: takes off" not in lines
+def test_the_table_counts_flights_and_names_transitions_that_none_had() -> None:
+    lines = list(table([{"pilot: take-off to hold": 2}, {"pilot: take-off to hold": 1, "order: stop": 1}]))
+    assert [line.split()[-2:] for line in lines[1:3]] == [["1", "1"], ["2", "3"]]
+    assert "2 events in 2 flights" in lines
+    assert "never: pilot: hold to formation" in lines
+    assert "never: pilot: take-off to hold" not in lines

@@ -11,7 +11,6 @@ from fault_draws import KINDS, drawn
 from fault_judge import Judge, Result, fly, fly_rare
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.plan import Plan
-from flockwire_lab.coverage import Coverage
 from flockwire_lab.search.margin import BOUNDS
 from flockwire_lab.search.rungs import RUNGS
 from rare_draws import RARE_KINDS, rare_faults
@@ -45,12 +44,6 @@ def test_every_kind_of_fault_is_drawn() -> None:
     assert kinds == set(KINDS)
 
 
-def test_they_reach_no_mark_that_is_not_declared(flown: list[Result]) -> None:
-    coverage = Coverage.of(result.marks for result in flown)
-    assert coverage.undeclared == ()
-    assert "director: takes off" in coverage.reached
-
-
 def test_rare_draws_add_every_kind(make_swarm: Callable[..., Swarm]) -> None:
     watching = make_swarm({"control.law": "extended", "limits.body_drift": 0.2})
     plans = [*(Plan(drawn(seed).swarm) for seed in (RARE, TELLO)), Plan(watching)]
@@ -62,8 +55,7 @@ def test_a_rare_flight_is_the_same_again_and_not_the_usual_one() -> None:
     assert drawn(RARE, rare=True) == drawn(RARE, rare=True) != drawn(RARE)
     rare = fly_rare(RARE)
     assert rare == fly_rare(RARE)
-    assert (rare.bad, Coverage.of([rare.marks]).undeclared) == ([], ())
-    assert any(mark.startswith("answer: ") for mark in rare.marks)
+    assert rare.bad == []
 
 
 def test_a_collision_would_be_seen(flown: list[Result]) -> None:

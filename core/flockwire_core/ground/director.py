@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-from flockwire_core.domain.marks import sometimes
 from flockwire_core.domain.order import IN_FORMATION, Mission
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground.first_places import with_first_places
@@ -95,18 +94,14 @@ class Director:
     def land(self, now: int) -> Mission | None:
         """Return the order to land, None if no take-off was ordered and no drone flies: the flight is over."""
         if self.stage is Stage.OVER or (self.stage is Stage.PREPARING and not self._others_fly):
-            sometimes("director: a landing ends a flight before its take-off")
             self.stage = Stage.OVER
             return None
-        sometimes("director: lands")
         return self._go(Stage.LANDING, self._mission(now, "land"))
 
     def hold(self, now: int) -> Mission | None:
         """Return the order to hold, None if no drone flies; during take-off no formation follows it."""
         if self.stage in UNDER_WAY or (self.stage is Stage.PREPARING and self._others_fly):
-            sometimes(f"director: holds, {self.stage}")
             return self._go(self.stage, self._mission(now, "hold"))
-        sometimes(f"director: does not hold, {self.stage}")
         return None
 
     def resume(self, now: int) -> Mission | None:
@@ -115,9 +110,7 @@ class Director:
         During take-off it is the take-off order again, for a pilot that restarted on the ground.
         """
         if self.stage not in UNDER_WAY:
-            sometimes(f"director: does not resume, {self.stage}")
             return None
-        sometimes(f"director: resumes, {self.stage}")
         if (started := self._standing.started) is not None:
             absent = tuple(sorted({*started.without, *self._without}))
             order = started._replace(stamp=now, verb="start", without=absent)
@@ -133,13 +126,11 @@ class Director:
         """Record an emergency stop: the flight has failed, and ends when no drone flies; one that is over stays so."""
         if self.stage is Stage.OVER:
             return
-        sometimes(f"director: stopped, {self.stage}")
         self.failure = self.failure or "emergency stop"
         self.stage, self._since, self._standing.order = Stage.LANDING, now, None
 
     def abort(self, reason: str, now: int) -> Mission | None:
         """Land because of `reason`, which becomes the flight's failure; before take-off, end without an order."""
-        sometimes(f"director: aborts, {self.stage}")
         self.failure = self.failure or reason
         if self.stage is Stage.PREPARING:
             self.stage = Stage.OVER
@@ -174,31 +165,24 @@ class Director:
             return self._take_off(fleet) if not self._standing.unclear(now) else None
         if self.stage is Stage.TAKING_OFF and fleet.all_in(Phase.HOLD):
             if self.ordered != "hold":
-                sometimes("director: all hold, the formation starts")
                 return self._go(Stage.FLYING, self._start(now))
-            sometimes("director: all hold, and a hold was ordered")
             self.stage, self._since = Stage.FLYING, now
         if self.stage is Stage.TAKING_OFF and fleet.all_in(Phase.FORMATION):  # the last drone joined a flying formation
-            sometimes("director: the last drone joined a flying formation")
             self.stage, self._since = Stage.FLYING, now
         if self.stage in UNDER_WAY:
             lost = self._lost.first(fleet, self.stage is Stage.TAKING_OFF)
             if lost is not None:
                 what = "left the formation" if self.stage is Stage.FLYING else "did not take off"
-                sometimes(f"director: a drone {what}")
                 stopped = lost in fleet.fresh and fleet.has_stopped(lost)
                 how = "its motors stopped" if stopped else fleet.why(lost)
                 return self.abort(f"{fleet.pilots[lost]} {what}: {how}", now)
         if self.stage is Stage.FLYING and self._duration and now - self._took_off >= self._duration:
-            sometimes("director: its time is over")
             return self.land(now)
         if self.stage is Stage.LANDING and self.order is not None and fleet.restarted(self.order):
-            sometimes("director: over, another station started again")
             self.stage = Stage.OVER
         elif self.stage is Stage.LANDING and not fleet.not_down(self._since):
             all_confirmed = self.order is None or not fleet.unconfirmed(self.order)
             if all_confirmed or now - self._since >= STALE:  # no pilot obeys an earlier order
-                sometimes("director: over" if all_confirmed else "director: over, though a pilot is silent")
                 self.stage = Stage.OVER
         return None
 
@@ -212,23 +196,18 @@ class Director:
         if not fleet.all_in(Phase.READY, Phase.HOLD, Phase.FORMATION):
             return None
         if problems(self._swarm, fleet):
-            sometimes("director: a pre-flight check fails")
             return None
         self._took_off = self.took_off = now
         if running is not None:
-            sometimes("director: takes off into a flying formation")
             return self._go(Stage.TAKING_OFF, running._replace(stamp=now, verb="start", without=self._without))
-        sometimes("director: takes off")
         return self._go(Stage.TAKING_OFF, self._mission(now, "takeoff"))
 
     def _left_out(self, running: Mission | None, now: int) -> Mission | None:
         """Return the order by which pilots know the drones that are left out, None if those `running` know them."""
         if running is None:
-            sometimes("director: leaves drones out")
             return self._mission(now, "prepare")
         if set(self._without) <= set(running.without):
             return None
-        sometimes("director: leaves drones out of a flying formation")
         return running._replace(stamp=now, verb="formation", without=self._without)
 
     def _start(self, now: int) -> Mission:
@@ -245,16 +224,12 @@ class Director:
         if news is None or (own is None and self.stage is not Stage.PREPARING):
             return
         if rank(news) == 0 and (own is None or self.stage is Stage.LANDING):
-            sometimes("director: does not follow an upward order")
             return
         if own is not None and 0 < rank(news) < rank(own):  # a hold does not cancel a landing
-            sometimes("director: does not follow a hold as it lands")
             return
         if own is not None and own.version not in news.knows and rank(own) >= rank(news):
-            sometimes("director: another order does not outrank its own")
             return  # it is repeated until all obey it; Standing.settle decides between two concurrent upward orders
         self._standing.follow(news, fleet.now)
-        sometimes(f"director: follows {('an upward order', 'a hold', 'a landing')[rank(news)]}, {self.stage}")
         grounded = self.stage is Stage.PREPARING and not fleet.flies  # a hold there: no drone may take off
         if self.stage is not Stage.OVER and (news.verb == "land" or (news.verb == "hold" and grounded)):
             self.stage, self._since = Stage.LANDING, fleet.now
@@ -266,7 +241,6 @@ class Director:
         """Return `order` to repeat; another's order that some pilots do not obey for long is given again as its own."""
         if self._standing.is_own or rank(order) or fleet.now - self._standing.since < GRACE:
             return order
-        sometimes("director: gives another's order again as its own")
         return self._go(self.stage, order._replace(stamp=fleet.now))
 
     def _go(self, stage: Stage, order: Mission) -> Mission:
@@ -281,7 +255,6 @@ class Director:
 
     def _out_of_patience(self, fleet: Fleet) -> Mission | None:
         was = self.stage
-        sometimes(f"director: out of patience, {was}")
         if was is Stage.LANDING:
             why: tuple[str, ...] = (f"not known to be down: {', '.join(fleet.not_down(self._since))}",)
         else:

@@ -6,7 +6,6 @@ With `assignment = "auction"` the followers share the places out, and their stat
 from __future__ import annotations
 
 from flockwire_core.control.assignment import assignment
-from flockwire_core.domain.marks import sometimes
 from flockwire_core.domain.order import Change, Mission
 from flockwire_core.domain.time import SECOND
 from flockwire_core.ground.fleet import Fleet
@@ -37,7 +36,6 @@ def with_first_places(order: Mission, swarm: Swarm, fleet: Fleet) -> Mission:
         places[rank] = ranks[chosen]
     if places == sorted(places):
         return order
-    sometimes("station: free places at the start")
     found = tuple(places)
     return order._replace(change=Change(order.start - SECOND, OVER, order.formation, found, found))
 

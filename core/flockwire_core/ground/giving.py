@@ -9,7 +9,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 from flockwire_core.control.graph import LEADER
-from flockwire_core.domain.marks import sometimes
 from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.domain.time import SECOND
 from flockwire_core.ground.director import LEAD_TIME
@@ -68,15 +67,12 @@ class Giving(ABC):
         if not missing:
             lacking = ", ".join(fleet.lacking(mission))
             if late or not lacking:
-                sometimes(f"answer: {mission.verb}, confirmed")
                 unheard = f"not received by {lacking}, which repeats orders for processes that start later"
                 self._answer(fleet, missing, note=unheard if lacking else note)
         elif stronger is not None and (rank(mission) == 0 or late):
-            sometimes(f"answer: {mission.verb}, another one holds")
             reason = f"{stronger.verb} holds for {', '.join(missing)}, ordered meanwhile or by another station"
             self._answer(fleet, missing, reason)
         elif late:
-            sometimes(f"answer: {mission.verb}, not confirmed by all")
             self._answer(fleet, missing)
         return mission if self.answer is None else None
 
@@ -101,8 +97,6 @@ class StopGiving(Giving):
         missing = tuple(uav(i) for i in drones if not fleet.received_stop(i))
         if self.answer is None and (not (missing or unknown) or since >= (ANSWER_TIME if missing else DOWN_TIME)):
             late = f"sent, but not confirmed by {', '.join(missing)}" if missing else ""
-            heard = "not received by all" if missing else "not known to be down" if unknown else "confirmed"
-            sometimes(f"answer: stop, {heard}")
             turning = f"received by {unknown}, not known to be down yet" if unknown else ""
             self.answer = Answer(received, missing, "; ".join(filter(None, (late, turning))) if turning else "")
         if self.answer is not None and since >= STOP_TIME:
@@ -130,14 +124,12 @@ class ChangeGiving(Giving):
     def _step(self, fleet: Fleet, news: Mission | None, since: int) -> Mission | None:
         own = self._standing.order
         if news is not None and (news.verb in DOWN or (own is None and self._from is not None)):
-            sometimes("answer: a change of formation, overtaken")
             self.answer = overtaken(news.verb)
         elif own is not None:
             self._standing.settle(fleet)
             own = self._standing.order or own
             if self._standing.is_own:
                 return self._repeat(own, fleet, self._note)
-            sometimes("answer: a change of formation, a rival holds")
             self.answer = overtaken(own.verb)
         elif self._planned is not None:
             return self._standing.give(self._planned)
@@ -151,12 +143,10 @@ class ChangeGiving(Giving):
     def _begin(self, fleet: Fleet, running: Mission | None) -> None:
         flying = any(fleet.phase(i) in (Phase.FORMATION, Phase.HOLD) for i in self._plan.pilots)
         if running is None or running.verb == "land" or not flying:
-            sometimes("answer: a change of formation, nobody flies one")
             self.answer = Answer(refusal="no drone flies a formation; `flockwire start --formation NAME` takes off")
             return
         self._from, formation = running, self._order.formation
         if not running.start:  # they have held since take-off
-            sometimes("station: a first formation for drones that hold")
             start, frame = fleet.now + LEAD_TIME, self._plan.swarm.frame
             order = Mission(fleet.now, frame, "formation", start, formation, without=running.without)
             self._planned = with_first_places(order, self._plan.swarm, fleet)
@@ -172,7 +162,6 @@ class ChangeGiving(Giving):
         """Take the change that was planned, or why there is none."""
         self.to_plan, self._planned = None, mission
         if mission is None:
-            sometimes("answer: a change of formation, cannot be flown")
             self.answer = Answer(refusal=refusal)
         elif mission.change is not None and self._from is not None and mission.change != self._from.change:
             by_auction = mission.formation in self._plan.swarm.auctioned

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 from flockwire_core.domain.airframe import Telemetry
-from flockwire_core.domain.marks import sometimes
 from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.ground.director import GRACE, Director, Stage
 from flockwire_core.ground.fleet import Fleet
@@ -123,7 +122,6 @@ class OperatorCore:
             ended = [one for one in self._asked if one.order.verb not in ENDING]
             self._asked = [one for one in self._asked if one.order.verb in ENDING]
             for one in ended:
-                sometimes("station: an order down ends one that waits")
                 one.answered(ENDED)
         new = Asked(order, now if asked is None else asked, now, answered)
         if order.verb != "stop":

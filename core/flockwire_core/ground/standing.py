@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from flockwire_core.domain.marks import sometimes
 from flockwire_core.domain.order import MOST_VERSIONS, Mission, Version
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground.fleet import Fleet
@@ -113,10 +112,8 @@ class Standing:
             self._name_unknown(own, fleet)
             return False
         if other.giver > own.giver and rival.order_age < (fleet.now - self.since) / SECOND + RIVALS:
-            sometimes("station: follows a rival order")
             self.follow(other, fleet.now)
         elif self.is_own:
-            sometimes("station: gives its own order again over a rival")
             self.give(own._replace(stamp=fleet.now))
             return True
         return False
@@ -127,7 +124,6 @@ class Standing:
         old = [drone for drone, since in self._unclear.items() if since <= limit and drone in fleet.fresh]
         versions = {version for drone in old for version in fleet.fresh[drone].report.concurrent}
         if self.is_own and self.since <= limit and not versions.issubset((*own.knows, own.version)):
-            sometimes("station: names an order that only a pilot knows")
             self.give(own._replace(stamp=fleet.now))
 
     def _orders(self, report: Report, known: KnownOrders) -> Iterator[Mission]:
@@ -142,7 +138,6 @@ class Standing:
             if version == mission.version and (rank(mission) or mission == self.holding):
                 yield mission
             elif version != mission.version and mission.verb == "land":
-                sometimes("station: reads a hold beside a landing")
                 yield order
 
     def _is_late(self, version: Version, reports: Iterable[Report], now: int) -> bool:

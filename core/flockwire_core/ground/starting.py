@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from flockwire_core.domain.marks import sometimes
 from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.domain.time import SECOND
 from flockwire_core.ground.director import LEAD_TIME, Director, Stage
@@ -39,34 +38,26 @@ class StartGiving(ChangeGiving):
         if self._director is not None:
             return
         if airborne := [uav(drone) for drone in order.without if fleet.states.get(drone) in IN_THE_AIR]:
-            sometimes("answer: start, one to be left out flies")
             self.answer = Answer(refusal=f"{', '.join(airborne)} cannot be left out in the air; land first")
         elif running is None or not all(fleet.phase(drone) == Phase.FORMATION for drone in wanted):
-            sometimes("station: a start conducts a take-off")
             self._director = Director(self._plan, order, self._giver, self._asked, fleet.now)
         elif running.formation == order.formation:
-            sometimes("answer: start, all fly it already")
             self.answer = Answer(tuple(wanted.values()))
         else:
-            sometimes("station: a start changes the formation")
             super()._begin(fleet, running)
 
     def _judge(self, director: Director, fleet: Fleet, since: int) -> None:
         order = director.order
         if director.failure or (order is not None and order.verb in ENDING):
-            sometimes("answer: start, its flight failed or was overtaken")
             hover = "; the others stay in the air: `flockwire land` lands them" if fleet.flies else ""
             self.answer = Answer(refusal=director.failure + hover) if director.failure else overtaken(director.ordered)
         elif director.stage is Stage.PREPARING and since >= LOOK_TIME + READY_TIME:
-            sometimes("answer: start, not ready")
             why = "; ".join(director.unready(fleet))
             self.answer = Answer(refusal=f"not ready: {why} (`--without ID` flies without a drone)")
         elif director.stage is Stage.FLYING and order is not None:
             missing = fleet.unconfirmed(order)
             late = tuple(p for i, p in fleet.pilots.items() if p in missing or fleet.phase(i) != Phase.FORMATION)
             if not late and order.formation != self._order.formation:
-                sometimes("answer: start, another formation holds")
                 self.answer = Answer(refusal="another formation was ordered meanwhile, by another station")
             elif not (late or fleet.lacking(order)) or fleet.now - director.since >= ANSWER_TIME + LEAD_TIME:
-                sometimes("answer: start, not all in formation" if late else "answer: start, confirmed")
                 self._answer(fleet, late)

@@ -13,7 +13,6 @@ from typing import Final
 
 from flockwire_core.control.formation import Formation
 from flockwire_core.control.formation_change import FormationChange
-from flockwire_core.domain.marks import sometimes
 from flockwire_core.domain.order import Mission, Version
 from flockwire_core.domain.time import SECOND
 from flockwire_core.swarm.model import Swarm
@@ -69,21 +68,17 @@ class Orders:
         """Receive `order` at `now` (Unix ns); returns whether the order in force changed."""
         version = order.version
         if version in self._past:
-            sometimes("orders: repeated, or arrived after its end")
             return False
         known = frozenset(order.knows)
         if not rank(order) and not (known.issuperset(self.newest) and order.stamp <= now + AHEAD):
-            self._reject(version, order.stamp > now + AHEAD)
+            self._reject(version)
             return False
         self._remember((version,) if rank(order) else (*order.knows, version))  # a downward order cancels no other
         self.taken = now
         if 0 < rank(order) < rank(self.mission):  # a hold does not cancel a landing
             self.concurrent = (*_without(self.concurrent, known), version)
-            sometimes("orders: a hold cancels no landing")
             return False
         self.concurrent = _without(self.newest, known)
-        if self.concurrent:
-            sometimes("orders: in force beside one that its giver did not know")
         self.mission = _interrupting(order, self.mission)
         return True
 
@@ -91,7 +86,6 @@ class Orders:
         """Record that the drone landed without an order: the next upward order must name this."""
         if self.mission is None or self.mission.verb == "land" or came_down(self.mission) in self.concurrent:
             return
-        sometimes("orders: its drone landed without an order")
         self.concurrent = (*self.concurrent, came_down(self.mission))
 
     @property
@@ -99,9 +93,8 @@ class Orders:
         """Whether the drone has landed since the order in force."""
         return self.mission is not None and came_down(self.mission) in self.concurrent
 
-    def _reject(self, version: Version, ahead: bool) -> None:
+    def _reject(self, version: Version) -> None:
         if version != self.rejected:
-            sometimes(f"orders: rejected, {'from the future' if ahead else 'its giver did not know the one in force'}")
             self.rejected = version
             self._rejections += 1
 
@@ -123,7 +116,6 @@ def _interrupting(order: Mission, was: Mission | None) -> Mission:
         return order
     order = order._replace(without=order.without or was.without)
     if order.verb == "hold" and not order.start:
-        sometimes("orders: a hold interrupts a formation" if was.start else "orders: a hold before any formation")
         order = order._replace(start=was.start, formation=was.formation, change=was.change)
     return order
 

@@ -34,7 +34,7 @@ from flockwire_core.pilot.ladder import (
 from flockwire_core.pilot.neighbourhood import AHEAD
 from flockwire_core.pilot.off_place import OffPlace, no_place
 from flockwire_core.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, age, command_stamp
-from flockwire_core.pilot.place import Place
+from flockwire_core.pilot.place import CROWDED, Place
 from flockwire_core.pilot.surroundings import Surroundings
 from flockwire_core.pilot.tracked_body import PERIOD, TrackedBody, foreign, obeys
 from flockwire_core.swarm.model import uav
@@ -189,6 +189,8 @@ class Pilot:
             counts = (*counts, (CORNERED, guard.cornered))
             if guard.is_cornered and self.flight.phase in IN_FLIGHT:
                 reasons = (*reasons, NO_WAY)
+        if self._place.crowded and self.flight.phase is Phase.LANDING:
+            reasons = (*reasons, CROWDED)
         return Report(
             self.flight.phase, detail, formation_error,
             (now - pose.stamp) / SECOND if pose is not None else -1.0,

@@ -11,9 +11,12 @@ from flockwire_core.domain.body import Body
 from flockwire_core.domain.vector import Vector, add, limit, scale
 from flockwire_core.parameters import PilotParameters
 from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.status import Reason
 
 HOLDING_GAIN = 1.5  # 1/s, of the position loop
 HIGH: Final = 0.95  # share of the take-off height at which a take-off ends
+
+CROWDED: Final = Reason("no landing place", "finds no free place to land on")
 
 
 def keep_place(position: Vector, place: Vector, speed: float) -> Vector:
@@ -40,6 +43,7 @@ class Place:
     def __init__(self, parameters: PilotParameters) -> None:
         self._parameters, self._rise = parameters, parameters.limits.vertical_speed
         self._place: Vector | None = None
+        self.crowded = False  # it lands, and there is no free place
 
     def forget(self) -> None:
         """Reset: the next position becomes the place."""
@@ -67,5 +71,5 @@ class Place:
         rise, free, parameters = self._rise, True, self._parameters
         if parameters.guard is not None:
             place, free = landing_place(position, place, bodies, parameters.separation, parameters.room)
-            self._place = place
+            self._place, self.crowded = place, not free
         return climb(position, place, -rise) if free else keep_place(position, (*place[:2], position[2]), rise)

@@ -14,7 +14,6 @@ from functools import cached_property
 from itertools import pairwise
 from math import inf
 from pathlib import Path
-from types import MappingProxyType
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -87,7 +86,7 @@ class Again:
         yield from (f"{number}: {line}" for number, lines in self.worse.items() for line in lines)
 
 
-def read(folder: Path, size: int, near: Mapping[str, int] = MappingProxyType({})) -> Corpus:
+def read(folder: Path, size: int) -> Corpus:
     """Return the corpus of the search in `folder`, in the order of `chosen`.
 
     Raises StudyError for one of another space than `size` values.
@@ -98,7 +97,7 @@ def read(folder: Path, size: int, near: Mapping[str, int] = MappingProxyType({})
         raise StudyError(f"--corpus = {folder}: must be the folder of a search") from None
     if other := {len(entry.asked.point) for entry in found} - {size}:
         raise StudyError(f"--corpus = {folder}: its flights have {min(other)} values, those of this search {size}")
-    return Corpus(tuple(chosen(found, near)), _least(found), len(found))
+    return Corpus(tuple(chosen(found)), _least(found), len(found))
 
 
 def _least(found: Sequence[Entry]) -> dict[str, float]:
@@ -118,17 +117,13 @@ def flown(folder: Path) -> list[Entry]:
     return [entry.validate_json(line) for line in lines]
 
 
-def chosen(found: Sequence[Entry], near: Mapping[str, int] = MappingProxyType({})) -> Iterator[Entry]:
-    """Yield flights, each of which shows something that none before it shows: those that violate a property first.
-
-    Then come those that reach a mark `near` a change (changed.py), by its weight.
-    """
+def chosen(found: Sequence[Entry]) -> Iterator[Entry]:
+    """Yield flights, each of which shows something that none before it shows: those that violate a property first."""
     shows = {entry.number: shown(entry.judged) for entry in found if entry.judged.margins}
-    nears = {entry.number: max((near.get(mark, 0) for mark in entry.judged.marks), default=0) for entry in found}
     rest = [entry for entry in found if entry.number in shows]
     seen: set[Hashable] = set()
     while rest:
-        best = max(rest, key=lambda one: _worth(one.judged, nears[one.number], shows[one.number] - seen))
+        best = max(rest, key=lambda one: _worth(one.judged, shows[one.number] - seen))
         rest.remove(best)
         if new := shows[best.number] - seen:
             seen |= new
@@ -136,16 +131,16 @@ def chosen(found: Sequence[Entry], near: Mapping[str, int] = MappingProxyType({}
         rest = [entry for entry in rest if shows[entry.number] - seen]
 
 
-def _worth(judged: Judged, near: int, new: set[Hashable]) -> tuple[bool, int, float, float]:
-    return bool(judged.violations), near, len(new) / max(judged.seconds, 1.0), -scaled(judged)
+def _worth(judged: Judged, new: set[Hashable]) -> tuple[bool, float, float]:
+    return bool(judged.violations), len(new) / max(judged.seconds, 1.0), -scaled(judged)
 
 
 def shown(judged: Judged) -> set[Hashable]:
-    """Return what a flight shows: its cell, marks by how often, margins by how large, rungs by which came before."""
+    """Return what a flight shows: its cell, events by how often, margins by how large, rungs by which came before."""
     rungs = [rung for rung, _ in sorted(judged.rungs.items(), key=lambda item: item[1])]
     return {
         judged.cell,
-        *((mark, count.bit_length()) for mark, count in judged.marks.items()),
+        *((event, count.bit_length()) for event, count in judged.events.items()),
         *((name, margin.value // STEP) for name, margin in judged.margins.items()),
         *pairwise(["", *rungs]),
     }

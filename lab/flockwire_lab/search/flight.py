@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from math import inf, sqrt
 from typing import Literal
 
-from flockwire_core.domain.marks import marked
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.loading import SwarmFileError, parse_swarm
 from flockwire_core.process.driving import GRAVITY
@@ -17,6 +16,7 @@ from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import CONSOLE
 
+from flockwire_lab.coverage import events
 from flockwire_lab.search.events import Event, EventInjector, SecondStation, parse_events
 from flockwire_lab.search.flown import Flown
 from flockwire_lab.search.formation import tails
@@ -54,7 +54,7 @@ class Judged:
     world_ended: bool = False
     refused: str = ""  # why the case is not a flight
     cell: tuple[str, str, str] = ("", "", "")  # of the least margin: last rung, last fault, phase
-    marks: dict[str, int] = field(default_factory=dict)  # times that each was reached
+    events: dict[str, int] = field(default_factory=dict)  # how often each happened (coverage.py)
 
     @classmethod
     def broken(cls, error: str) -> Judged:
@@ -147,9 +147,7 @@ def fly(case: Case, say: Callable[[str], None] | None = None, bounds: Bounds = B
     except (SwarmFileError, FaultFileError, StudyError) as error:
         return Judged({}, refused=str(error).replace("\n", "; "))
     flight = Flight(swarm, case.seed, case.duration, injected, case.mode, say)
-    with marked() as marks:
-        flown = flight.fly(bounds)
-    return replace(judge(flown, flight.recorder, case.faults, bounds), marks=marks)
+    return judge(flight.fly(bounds), flight.recorder, case.faults, bounds)
 
 
 Order = tuple[int, Case]
@@ -174,7 +172,10 @@ def judge(flown: Flown, recorder: Recorder, faults: list[Table], bounds: Bounds 
     rung = next((name for at, name in reversed(recorder.moments) if at <= least.at), "")
     fault = next((one["kind"] for one in sorted(faults, key=lambda one: -one["at"]) if one["at"] <= least.at), "")
     cell = (rung, fault, _phase(flown, least))
-    return Judged(found, dict(recorder.rungs), flown.failure, flown.seconds, flown.world_ended, cell=cell)
+    return Judged(
+        found, dict(recorder.rungs), flown.failure, flown.seconds, flown.world_ended, cell=cell,
+        events=events(recorder.protocol),
+    )  # fmt: skip
 
 
 def _phase(flown: Flown, margin: Margin) -> str:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
 from flockwire_analysis.conformance import deviations
+from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Floats
 from flockwire_core.domain.airframe import FlightState, Telemetry
 from flockwire_core.domain.order import Mission
@@ -50,7 +52,7 @@ class Recorder:
         self._swarm, self._begin, self._say = plan.swarm, begin, say
         self._stale = plan.swarm.limits.staleness
         self._pilots = {identity: uav(drone) for drone, identity in plan.pilots.items()}
-        self._protocol = TraceInMemory(plan.swarm, 0)
+        self._taken = TraceInMemory(plan.swarm, 0)
         self._took_off: int | None = None
         self._at = EPOCH
         self._truth: dict[str, list[tuple[int, Vector]]] = defaultdict(list)
@@ -71,11 +73,16 @@ class Recorder:
     def take(self, published: Published) -> None:
         """Receive what is published."""
         if published.key.kind in OF_THE_PROTOCOL:
-            self._protocol.take(published)
+            self._taken.take(published)
         take = self._take.get(published.key.kind)
         if take is not None:
             self._at = published.at
             take(published)
+
+    @cached_property
+    def protocol(self) -> Trace:
+        """What pilots did by which orders, once the flight is over."""
+        return self._taken.trace()
 
     def ordered(self, verb: str, at: int) -> None:
         """Note that the second station ordered `verb` at `at` (Unix ns)."""
@@ -129,7 +136,7 @@ class Recorder:
             self._took_off is not None,
             np.inf if self._stopped is None else self.seconds(self._stopped),
             tuple(self._refused),
-            deviations(self._protocol.trace()),
+            deviations(self.protocol),
             failure,
             (end - EPOCH) / SECOND,
             **about,

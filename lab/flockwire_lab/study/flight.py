@@ -7,9 +7,9 @@ from typing import Any
 
 from flockwire_analysis.checks import ABOUT_THE_RECORD
 from flockwire_analysis.summary import Summary, summarise
-from flockwire_core.domain.marks import marked
 from flockwire_core.swarm.model import Swarm
 
+from flockwire_lab.coverage import events
 from flockwire_lab.flight import TraceInMemory
 from flockwire_lab.study.file import Study, StudyError
 from flockwire_lab.study.variation import Table, vary
@@ -39,7 +39,7 @@ class Result:
     margin: float
     drawn: dict[str, Any]
     figures: dict[str, float | None]
-    marks: dict[str, int] = field(default_factory=dict)  # times that each was reached
+    events: dict[str, int] = field(default_factory=dict)  # how often each happened (coverage.py)
 
 
 def fly(task: Task) -> Result:
@@ -51,9 +51,9 @@ def fly(task: Task) -> Result:
         return Result(task.point, task.run, seed, False, ("refused",), str(error).replace("\n", "; "), 0.0, {}, {})
     try:
         trace = TraceInMemory(varied.swarm, seed)
-        with marked() as marks:
-            outcome = World(varied.swarm, seed, plan.duration, varied.faults, trace.take).run()
-        summary = summarise(trace.trace())
+        outcome = World(varied.swarm, seed, plan.duration, varied.faults, trace.take).run()
+        recorded = trace.trace()
+        summary = summarise(recorded)
     except Exception as error:  # a user's law may raise anything; the study continues
         reason = f"{type(error).__name__}: {error}"
         return Result(task.point, task.run, seed, False, ("flight",), reason, 0.0, varied.drawn, {})
@@ -62,7 +62,7 @@ def fly(task: Task) -> Result:
     reasons = [*([outcome.failure] if outcome.failure else []), *(check.sentence() for check in bad)]
     return Result(
         task.point, task.run, seed, not failed, failed, "; ".join(reasons), _margin(varied.swarm, summary),
-        varied.drawn, _figures(summary), marks,
+        varied.drawn, _figures(summary), events(recorded),
     )  # fmt: skip
 
 

@@ -8,7 +8,6 @@ from contextlib import AbstractContextManager
 from pathlib import Path
 
 from flockwire_core.loading import parse_swarm
-from flockwire_lab.coverage import Coverage
 from flockwire_lab.search import corpus
 from flockwire_lab.search.campaign import Entry, conduct
 from flockwire_lab.search.choosing import Candidate, worst_of
@@ -23,7 +22,7 @@ from flockwire_lab.study.ledger import Ledger, is_of
 from flockwire_lab.study.variation import rehearse, swarm_table
 from flockwire_lab.study.workers import Workers, cluster, local
 
-from flockwire_operator.cli.study import shown, write_marks
+from flockwire_operator.cli.study import shown, write_coverage
 
 
 def search(
@@ -124,7 +123,7 @@ def _conclude(space: Space, entries: dict[int, Entry], out: Path, stopped: str, 
         print(f"  {line}")
     write_search(found, commands, smallest, again, out)
     print(f"  search: {out / 'search.json'}")
-    write_marks(Coverage.of(judged.marks for judged in found.values()), out)
+    write_coverage((judged.events for judged in found.values()), out)
     if stopped:
         print(f"flockwire: {stopped}; the same command continues", file=sys.stderr)
         return 1

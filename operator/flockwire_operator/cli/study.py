@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from importlib.util import find_spec
 from pathlib import Path
@@ -13,7 +13,7 @@ from types import FrameType
 from typing import NoReturn
 
 from flockwire_core.loading import parse_swarm
-from flockwire_lab.coverage import Coverage
+from flockwire_lab import coverage
 from flockwire_lab.study.file import Study, StudyError, load_study
 from flockwire_lab.study.findings import QUANTITIES, Findings, find, label, quantity, write_worst
 from flockwire_lab.study.flight import Result, fly
@@ -26,7 +26,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table as RichTable
 
-MARKS = "marks.txt"
+COVERAGE = "coverage.txt"
 NO_CHANCE = "nothing is random, so all runs of a grid point are equal and their interval has no meaning"
 
 
@@ -67,14 +67,14 @@ def study(
         write_worst(findings, table, out)
         write_study(findings, checked, out, pdf)
         _print(findings, out)
-        write_marks(Coverage.of(result.marks for result in ledger.results), out)
+        write_coverage((result.events for result in ledger.results), out)
     return _verdict(findings, stopped)
 
 
-def write_marks(coverage: Coverage, out: Path) -> None:
-    """Write the table of the marks that the flights reached, print how many they are. Raises OSError."""
-    (out / MARKS).write_text("\n".join(coverage.table()) + "\n", encoding="utf-8")
-    print(f"  marks (rare events in the code): {coverage.line}: {out / MARKS}")
+def write_coverage(flights: Iterable[Mapping[str, int]], out: Path) -> None:
+    """Write how many of the flights had each event. Raises OSError."""
+    (out / COVERAGE).write_text("\n".join(coverage.table(flights)) + "\n", encoding="utf-8")
+    print(f"  what they showed: {out / COVERAGE}")
 
 
 def _fly(plan: Study, table: Table, ledger: Ledger[Result], workers: Workers) -> str:

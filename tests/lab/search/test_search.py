@@ -15,10 +15,8 @@ from typing import Any
 import pytest
 from flockwire_core.loading import parse_swarm
 from flockwire_core.wire.plan import Plan
-from flockwire_lab.coverage import declared
 from flockwire_lab.search import corpus
 from flockwire_lab.search.campaign import Entry
-from flockwire_lab.search.changed import FAR, NEAR, near
 from flockwire_lab.search.choosing import BATCH, Candidate, Draws, KnownFirst
 from flockwire_lab.search.corpus import Corpus
 from flockwire_lab.search.events import SECOND_STATION, parse_events
@@ -34,7 +32,6 @@ from flockwire_operator.cli.main import app
 from typer.testing import CliRunner
 from typer.testing import Result as Ended
 
-HOLDS = tuple(mark for mark in declared() if mark.startswith("director: holds, "))
 SWARM = """
 name = "pair"
 control = { rate_hz = 20 }
@@ -250,11 +247,11 @@ def found_by(number: int, value: float, **shown: Any) -> Entry:
 def test_a_corpus_has_what_violates_first_then_what_adds_most_and_nothing_twice() -> None:
     plain = found_by(0, 0.91)
     twin = found_by(1, 0.92)
-    rich = found_by(2, 0.93, marks={"a": 1, "b": 3}, rungs={"own pose: zero": 1.0, "own pose: land": 2.0})
-    worse = found_by(3, 0.31, marks={"a": 1})
+    rich = found_by(2, 0.93, events={"a": 1, "b": 3}, rungs={"own pose: zero": 1.0, "own pose: land": 2.0})
+    worse = found_by(3, 0.31, events={"a": 1})
     bad = found_by(4, -0.1)
-    more = found_by(5, 0.94, marks={"b": 2})
-    often = found_by(6, 0.95, marks={"b": 4})
+    more = found_by(5, 0.94, events={"b": 2})
+    often = found_by(6, 0.95, events={"b": 4})
     refused = Entry(7, Candidate((0.5,), 7, ""), Judged({}, refused="no flight"))
     chosen = [one.number for one in corpus.chosen([plain, twin, rich, worse, bad, more, often, refused])]
     assert chosen == [4, 2, 3, 6]
@@ -268,37 +265,13 @@ def test_a_flight_of_a_corpus_is_changed_or_even_worse_than_all_of_it() -> None:
         return known.changed(entry), known.worse(entry)
 
     assert flown(0, 1.9, 7) == flown(1, 1.2, 3) == (False, [])
-    assert flown(0, 1.9, 7, marks={"a": 1}) == flown(1, 0.8, 3) == (True, [])
+    assert flown(0, 1.9, 7, events={"a": 1}) == flown(1, 0.8, 3) == (True, [])
     assert flown(1, 0.7, 3) == (True, ["distance:  at 1.00 s, margin 0.700, at least 0.800 in 400 flights before"])
     assert flown(1, 0.7, 7) == flown(2, 0.7, 3) == (False, [])  # are none of the corpus
     plain = Corpus(known.flights, {}, 400)
     assert plain.worse(replace(found_by(7, 2.1), number=0)) == []  # more than in a flight without faults
     [line] = plain.worse(replace(found_by(7, 1.8), number=0))
     assert line == "distance:  at 1.00 s, margin 1.800, none in 400 flights before"
-
-
-def test_a_corpus_begins_with_the_flights_that_reach_marks_near_a_change() -> None:
-    rich = found_by(0, 0.91, marks={"a": 1, "b": 3, "c": 1})
-    there = found_by(1, 0.92, marks={"d": 1})
-    nearest = found_by(2, 0.93, marks={"e": 1})
-    bad = found_by(3, -0.1)
-    assert [one.number for one in corpus.chosen([rich, there, nearest, bad], {"d": 1, "e": 2})] == [3, 2, 1, 0]
-
-
-def test_the_marks_near_a_changed_line(tmp_path: Path) -> None:
-    file = tmp_path / "fence.py"
-    file.write_text(
-        'def hold() -> None:\n    sometimes("guard: a wall")\n\n\ndef land() -> None:\n'
-        '    sometimes(f"director: holds, {stage}")\n    sometimes("no mark: at all")\n'
-    )
-    assert near(file, 1) == {"guard: a wall": NEAR} | dict.fromkeys(HOLDS, FAR)
-    assert near(file, 5) == {"guard: a wall": FAR} | dict.fromkeys(HOLDS, NEAR)
-    file.write_text(file.read_text() + '\n\ndef climb() -> None:\n    sometimes("guard: a wall")\n')
-    assert near(file, 1) == {"guard: a wall": NEAR} | dict.fromkeys(HOLDS, FAR)  # a mark named twice
-    plain = tmp_path / "walls.py"
-    plain.write_text("WALLS = 4\n")
-    assert near(plain, 1) == dict.fromkeys(("guard: a wall", *HOLDS), FAR)  # those of its folder
-    assert near(tmp_path / "rows.csv", 1) == near(plain, 1)
 
 
 def test_after_a_corpus_another_search_learns_what_it_showed() -> None:

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from flockwire_core.domain.airframe import FlightState, Telemetry
-from flockwire_core.domain.marks import Holding, sometimes
 from flockwire_core.domain.vector import ZERO, Vector, limit, norm
 from flockwire_core.pilot.phases import age
 from flockwire_core.process.driving import FROZEN, TOLERANCE
@@ -33,7 +32,6 @@ class SimulatedDrone:
         self._zero, self._land = limits.staleness.command_zero, limits.staleness.command_land
         self._speed, self._sink = limits.speed, limits.vertical_speed
         self._commanded = self._advanced = self._resumed = 0
-        self._rungs = Holding()
         self._set_down = False  # it lands, or has landed, by its own decision, until its pilot stops climbing
 
     @property
@@ -53,7 +51,6 @@ class SimulatedDrone:
         if self._set_down:
             if self.airframe.state is FlightState.LANDING or velocity[2] > 0.0:
                 return
-            sometimes("rung: driver, obeys again on the ground")
             self._set_down = False
         self.airframe.command(velocity, now)
 
@@ -73,9 +70,6 @@ class SimulatedDrone:
                 self._set_down = True
                 self.airframe.state = FlightState.LANDING
             self.airframe.command((0.0, 0.0, -self._sink) if self._set_down else ZERO, now)
-            self._rungs.update(("rung: driver, lands" if self._set_down else "rung: driver, zero",))
-        elif self._rungs.marks:
-            self._rungs.update(())
         self.airframe.advance(now)
 
     @property

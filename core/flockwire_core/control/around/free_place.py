@@ -10,7 +10,6 @@ from typing import Final
 from flockwire_core.control.fence import Room
 from flockwire_core.control.plane_polygon import Corner, nearest_on_edge
 from flockwire_core.domain.body import Body, Separation
-from flockwire_core.domain.marks import sometimes
 from flockwire_core.domain.vector import Vector
 
 Disc = tuple[float, float, float]
@@ -41,9 +40,7 @@ def landing_place(
     if chosen is None:
         chosen = nearest_free_place((x, y), discs, room)
     if chosen is None:
-        sometimes("landing place: none is free")
         return place, True
-    sometimes("landing place: beside a body")
     return (chosen[0], chosen[1], place[2]), free
 
 

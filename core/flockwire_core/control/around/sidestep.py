@@ -7,7 +7,6 @@ from math import cos, hypot, pi, sin
 from typing import Final, NamedTuple
 
 from flockwire_core.domain.body import Body, BodyKind, Separation, to_surface
-from flockwire_core.domain.marks import sometimes
 from flockwire_core.domain.vector import ZERO, Vector, norm, scale
 
 _PROGRESS: Final = 0.1  # m of approach to the goal that count as progress
@@ -79,6 +78,5 @@ class Sidestep:
         elif to_go < self._best - _PROGRESS or now < self._since:  # a clock may be set back
             self._best, self._since = to_go, now
         elif now - self._since > self._switch_after:
-            sometimes("sidestep: changes the side")
             self.side, self._best, self._since = -self.side, to_go, now
         return turned
