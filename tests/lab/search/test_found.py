@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import tomllib
+from pathlib import Path
+
 from flockwire_lab.search.flight import Case, fly
-from search import five
+
+SWARM = Path(__file__).parents[3] / "examples/paper_simulation.toml"
 
 
 def test_a_driver_that_restarts_just_above_the_ground_does_not_tell_that_it_is_down() -> None:
-    swarm = five() | {"graph": {"edges": [[0, 1], [1, 2]]}, "sim": {"jitter": 0.00050047527, "loss": 0.0317692418}}
+    swarm = tomllib.loads(SWARM.read_text())
+    swarm |= {"graph": {"edges": [[0, 1], [1, 2]]}, "sim": {"jitter": 0.00050047527, "loss": 0.0317692418}}
+    swarm["control"]["law"] = "extended"
     swarm["drones"] = [*swarm["drones"][:2], swarm["drones"][2] | {"airframe": "tello"}]
     del swarm["obstacles"]
     judged = fly(Case(swarm, [{"at": 8.0, "kind": "restart", "process": "driver2"}], 2, 4.0))
