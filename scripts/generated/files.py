@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from flockwire_core.loading import load_swarm
@@ -9,6 +10,7 @@ from flockwire_core.wire.plan import Plan
 from flockwire_deploy.compose import compose_file
 
 from generated.commands import commands_page
+from generated.faults import faults_table
 from generated.keys import keys_page
 from generated.phases import phases_page
 from generated.phases_picture import phases_picture
@@ -26,6 +28,18 @@ def files() -> dict[str, str]:
         "docs/reference/commands.md": commands_page(),
         "docs/reference/keys.md": keys_page(flight, FLIGHT),
         "docs/concepts/phases.md": phases_page(),
+        "docs/faults.md": with_table("docs/faults.md", faults_table()),
         "docs/images/phases.svg": phases_picture(),
         "deploy/paper/compose.yaml": compose_file(simulation),
     }
+
+
+def with_table(name: str, table: str) -> str:
+    """Return the page `name` with `table` between the comments that enclose its generated table."""
+    page = (ROOT / name).read_text(encoding="utf-8")
+    return re.sub(
+        r"(<!-- made by [^>]*-->\n).*?(<!-- end -->)",
+        lambda found: f"{found[1]}{table}{found[2]}",
+        page,
+        flags=re.DOTALL,
+    )

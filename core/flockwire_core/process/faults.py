@@ -31,14 +31,14 @@ class Kill(_Fault):
 
 
 class Restart(_Fault):
-    """The process restarts without state; if it still runs it is killed first."""
+    """The process restarts without state, in virtual time after 0.5 s; if it still runs, it is killed first."""
 
     kind: Literal["restart"]
     process: str
 
 
 class Freeze(_Fault):
-    """The process is frozen for a time (SIGSTOP, SIGCONT)."""
+    """The process is frozen (SIGSTOP, SIGCONT); the newest messages of this time are buffered."""
 
     kind: Literal["freeze"]
     process: str
@@ -54,13 +54,19 @@ class _LinkFault(_Fault):
 
 
 class Cut(_LinkFault):
-    """Nothing arrives; the other direction is unchanged (a real one for 1 s, until Zenoh closes the link)."""
+    """Nothing that `from` publishes reaches `to`; the other direction is open.
+
+    Zenoh closes a real link after 1 s, in both directions.
+    """
 
     kind: Literal["cut"]
 
 
 class LinkChange(_LinkFault):
-    """The link has other conditions, as in the swarm file's [sim]."""
+    """`delay` and `jitter` (s), `loss` and `reordering` (shares) replace those of [sim].
+
+    A real flight adds the first two to the link's own; the others must be 0.
+    """
 
     kind: Literal["link"]
     delay: NotNegative = 0.0
@@ -70,7 +76,7 @@ class LinkChange(_LinkFault):
 
 
 class Partition(_Fault):
-    """Nothing passes between `processes` and all others."""
+    """Nothing passes between these processes and all others, except the operator."""
 
     kind: Literal["partition"]
     processes: Annotated[tuple[str, ...], Field(min_length=1)]
@@ -78,7 +84,7 @@ class Partition(_Fault):
 
 
 class TrackerLoss(_Fault):
-    """The cameras do not see a drone."""
+    """The tracker does not see the drone."""
 
     kind: Literal["tracker"]
     drone: int
@@ -86,7 +92,7 @@ class TrackerLoss(_Fault):
 
 
 class NoiseBurst(_Fault):
-    """The cameras have additional noise (m, standard deviation per axis)."""
+    """The tracker's noise grows by `noise` (m, standard deviation per axis; root of the sum of squares)."""
 
     kind: Literal["noise"]
     noise: Positive
@@ -102,7 +108,10 @@ class NameSwap(_Fault):
 
 
 class Visitor(_Fault):
-    """Another tracked body moves straight through the field: a person, a tracked obstacle."""
+    """Another body with this name at the tracker moves straight on from `start` (m) at `velocity` (m/s).
+
+    By its name it is a person or a tracked obstacle.
+    """
 
     kind: Literal["visitor"]
     body: str = "visitor"  # its name at the tracker
@@ -112,7 +121,7 @@ class Visitor(_Fault):
 
 
 class ClockStep(_Fault):
-    """The clock of a process is set by `step` s."""
+    """The clock of the process is set forward by `step` (s; may be negative)."""
 
     kind: Literal["clock"]
     process: str
@@ -120,7 +129,7 @@ class ClockStep(_Fault):
 
 
 class AirframeLag(_Fault):
-    """A simulated airframe gets another lag and dead time, s."""
+    """The simulated airframe has this `lag` and `dead_time` (s) from now on; its agent does not know."""
 
     kind: Literal["lag"]
     drone: int
@@ -129,7 +138,7 @@ class AirframeLag(_Fault):
 
 
 class WindChange(_Fault):
-    """Simulated airframes have another wind for a time, as in the swarm file's [wind]."""
+    """A `velocity` and a `gust` (m/s) replace the [wind] of all simulated airframes."""
 
     kind: Literal["wind"]
     velocity: Point = (0.0, 0.0, 0.0)
@@ -138,14 +147,14 @@ class WindChange(_Fault):
 
 
 class AirframeFailure(_Fault):
-    """The motors of a simulated airframe stop: it falls."""
+    """The motors of the simulated airframe stop: it falls."""
 
     kind: Literal["failure"]
     drone: int
 
 
 class FalseEstimate(_Fault):
-    """A follower's agent publishes a leader estimate that moves away from its own one at `velocity`, m/s."""
+    """The follower publishes a leader estimate that moves away from its own one at `velocity` (m/s)."""
 
     kind: Literal["false_estimate"]
     drone: int
@@ -154,7 +163,7 @@ class FalseEstimate(_Fault):
 
 
 class FalseAge(_Fault):
-    """A follower's agent claims that the leader leads, and that its data of the leader is `age` s old."""
+    """The follower claims that the leader leads and that its data of the leader is `age` (s) old."""
 
     kind: Literal["false_age"]
     drone: int
@@ -163,7 +172,7 @@ class FalseAge(_Fault):
 
 
 class FalseBids(_Fault):
-    """A follower's agent claims every place of an auction, at `price`, m^2."""
+    """The follower claims every place of an auction at `price` (m²)."""
 
     kind: Literal["false_bids"]
     drone: int
@@ -172,7 +181,7 @@ class FalseBids(_Fault):
 
 
 class FalsePose(_Fault):
-    """The cameras report a drone at a place that moves away from it at `velocity`, m/s."""
+    """The tracker reports the drone at a place that moves away from it at `velocity` (m/s)."""
 
     kind: Literal["false_pose"]
     drone: int
@@ -181,7 +190,7 @@ class FalsePose(_Fault):
 
 
 class FalseHeight(_Fault):
-    """The driver of a simulated airframe reports a height that is `offset` m too large."""
+    """The telemetry of an airframe without a driver of its own reports a height that is `offset` (m) too large."""
 
     kind: Literal["false_height"]
     drone: int
