@@ -53,7 +53,6 @@ def _swarm(path: Path, metadata: dict[str, str]) -> Swarm:
         swarm = Swarm.model_validate_json(metadata["swarm"])
     except (KeyError, ValueError) as error:
         raise ValueError(f"{path}: its swarm is from another version of flockwire: {error}") from error
-    problem = next(problems(swarm, to_fly=False), None)
-    if problem is not None:
-        raise ValueError(f"{path}: its swarm is from another version of flockwire: {problem}")
+    if found := problems(swarm, to_fly=False):
+        raise ValueError(f"{path}: its swarm is from another version of flockwire: {found[0]}")
     return swarm

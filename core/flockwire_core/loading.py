@@ -5,29 +5,19 @@ It is above `swarm` and `wire` because some rules concern addresses, which only 
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
-from copy import deepcopy
 from pathlib import Path
 from typing import Any
-
-from pydantic import ValidationError
 
 from flockwire_core.objects import load_object
 from flockwire_core.own_law import law_failures, law_problems
 from flockwire_core.swarm import airframe_rules, formation_rules, gateway_rules, ros_rules, rules
 from flockwire_core.swarm.airframes import AIRFRAMES
 from flockwire_core.swarm.model import Swarm
-from flockwire_core.swarm.outline import place
-from flockwire_core.swarm.reading import error_lines, faults, read_text, read_toml
-from flockwire_core.swarm.rules import broken
+from flockwire_core.swarm.reading import read_text, read_toml
+from flockwire_core.swarm.rules import Rule
+from flockwire_core.swarm.validation import validate
 from flockwire_core.wire import address_rules
-
-ROUNDS = 8  # a removed value may leave its table incomplete, and this table its parent
-_PLACE = [0.0, 0.0, 0.0]
-_STAND_INS: dict[str, Any] = {
-    "name": "swarm", "graph": {"edges": []}, "edges": [], "drones": [], "id": 1, "start": _PLACE, "center": _PLACE,
-}  # fmt: skip
 
 
 class SwarmFileError(ValueError):
@@ -47,10 +37,7 @@ def read_swarm(path: Path) -> Swarm:
 
     Raises SwarmFileError if it is not a swarm file.
     """
-    try:
-        return _validated(load_table(path))
-    except ValidationError as error:
-        raise SwarmFileError("\n".join(f"{path}: {line}" for line in error_lines(error, Swarm))) from None
+    return validate(Swarm, load_table(path), str(path), SwarmFileError)
 
 
 def load_table(path: Path) -> dict[str, object]:
@@ -76,70 +63,28 @@ def framed_tables(table: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]
 
 def parse_swarm(table: dict[str, object], origin: str) -> Swarm:
     """Check the swarm file's content `table`, which came from `origin`; raises SwarmFileError."""
-    try:
-        swarm: Swarm | None = _validated(table)
-        lines: list[str] = []
-        wrong: set[str] = set()
-    except ValidationError as error:
-        found = list(faults(error, Swarm))
-        lines, wrong = [fault.line for fault in found], {key for fault in found for key in fault.taints}
-        swarm = _mended(table)
-    if swarm is not None:
-        lines += problems(swarm, wrong=wrong)
-        if not lines:
-            return swarm
-    raise SwarmFileError("\n".join(f"{origin}: {line}" for line in dict.fromkeys(lines)))
+    swarm = validate(Swarm, table, origin, SwarmFileError)
+    if found := problems(swarm):
+        raise SwarmFileError("\n".join(f"{origin}: {line}" for line in found))
+    return swarm
 
 
-def _validated(table: dict[str, Any]) -> Swarm:
-    """Return a file's content as a model; raises ValidationError."""
-    return Swarm.model_validate_json(json.dumps(table, default=str))
-
-
-def _mended(table: dict[str, Any]) -> Swarm | None:
-    """Return `table` as a model with wrong values replaced by defaults and stand-ins; None if impossible.
-
-    The rules can then check the rest.
-    """
-    rest = deepcopy(table)
-    for _ in range(ROUNDS):
-        try:
-            return _validated(rest)
-        except ValidationError as error:
-            for detail in reversed(error.errors()):
-                keys = place(Swarm, detail["loc"]).keys
-                if keys:
-                    _take_out(rest, keys, detail["type"] == "missing")
-    return None
-
-
-def _take_out(table: dict[str, Any], keys: tuple[str | int, ...], missing: bool) -> None:
-    """Remove the value at `keys`, or fill in a missing one; without a stand-in remove its whole table."""
-    *path, last = keys
-    inner: Any = table
-    for key in path:
-        try:
-            inner = inner[key]
-        except (KeyError, IndexError, TypeError):
-            return  # removed with another one
-    if isinstance(inner, dict) and missing and last in _STAND_INS:
-        inner[str(last)] = deepcopy(_STAND_INS[str(last)])
-    elif isinstance(inner, dict) and last in inner:
-        del inner[str(last)]
-    elif path:
-        _take_out(table, tuple(path), missing=False)
-
-
-def problems(swarm: Swarm, to_fly: bool = True, wrong: set[str] | None = None) -> Iterator[str]:
-    """Yield one line per problem, `key = value: rule`; a rule that depends on a `wrong` key is skipped.
+def problems(swarm: Swarm, to_fly: bool = True) -> list[str]:
+    """Return one line per problem, `key = value: rule`, of the first stage of rules that finds one.
 
     For a swarm that is not `to_fly`, because it has flown, no law is imported; it may be missing here.
     """
     own = (rule for row in AIRFRAMES if row.rules for rule in load_object(row.rules))
-    later = (*airframe_rules.RULES, *gateway_rules.RULES, *ros_rules.RULES)
-    of_files = (*rules.RULES, *formation_rules.RULES, *own, *later)
-    of_laws = (law_problems, law_failures) if to_fly else ()
-    yield from broken(swarm, (*of_files, *address_rules.RULES, *of_laws), wrong if wrong is not None else set())
+    stages: tuple[tuple[Rule, ...], ...] = (
+        rules.TABLES,
+        (*rules.RULES, *formation_rules.RULES, *airframe_rules.RULES, *own, *gateway_rules.RULES, *ros_rules.RULES),
+        (*formation_rules.LATER, *address_rules.RULES, *((law_problems,) if to_fly else ())),
+        (law_failures,) if to_fly else (),
+    )
+    for stage in stages:
+        if found := [problem for rule in stage for problem in rule(swarm)]:
+            return list(dict.fromkeys(str(problem.of(swarm)) for problem in found))
+    return []
 
 
 def _tables(table: dict[str, object], key: str) -> list[tuple[str, object]]:

@@ -19,9 +19,8 @@ from flockwire_core.objects import load_object
 from flockwire_core.parameters import law_settings
 from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm, uav
-from flockwire_core.swarm.reading import error_lines
-from flockwire_core.swarm.rules import needs
 from flockwire_core.swarm.tables import Model
+from flockwire_core.swarm.validation import Problem, problems_of
 
 START = 1_790_000_000 * SECOND  # Unix ns of a dry flight
 OFF_PLACE: Vector = (0.1, -0.2, 0.05)  # m, of a drone from its place in a dry step
@@ -56,10 +55,8 @@ def make_law(law: str, settings: LawSettings) -> Law:
     return load_law(law)(settings)
 
 
-@needs("control.law", "control.parameters")
-def law_problems(swarm: Swarm) -> Iterator[str]:
+def law_problems(swarm: Swarm) -> Iterator[Problem]:
     """Yield what makes the law unusable: its import, its parameters."""
-    key = f"control.law = {swarm.control.law!r}"
     try:
         law = load_law(law_object(swarm))
     except LawError as error:
@@ -68,28 +65,28 @@ def law_problems(swarm: Swarm) -> Iterator[str]:
             isinstance(error.__cause__, ModuleNotFoundError) and error.__cause__.name == module.partition(".")[0]
         )
         name = module if module.endswith(".py") else f"{module}.py"
-        yield f"{key}: {error}{f'; {name} must be beside the swarm file, or the module installed' if missing else ''}"
+        remedy = f"; {name} must be beside the swarm file, or the module installed" if missing else ""
+        yield Problem("control.law", f"{error}{remedy}")
         return
     model = getattr(law, "Parameters", NoParameters)
     try:
         model.model_validate_json(json.dumps(swarm.control.parameters))
     except ValidationError as error:
-        yield from (f"control.parameters.{line}" for line in error_lines(error, model))
+        for problem in problems_of(error, model):
+            yield problem._replace(key=f"control.parameters.{problem.key}".rstrip("."), value=problem.value or "")
 
 
-def law_failures(swarm: Swarm) -> Iterator[str]:
+def law_failures(swarm: Swarm) -> Iterator[Problem]:
     """Make the law of every follower, and take dry steps with it, to find errors before a flight."""
-    if not swarm.control.own_law:
-        return
-    for number in swarm.followers:
-        key, when = f"control.law = {swarm.control.law!r}", "is made"
+    for number in swarm.followers if swarm.control.own_law else ():
+        when = "is made"
         try:
             law = make_law(law_object(swarm), law_settings(swarm, number))
             for situation in dry_flight(swarm, number):
                 when, observation = situation
                 check_decision(law.step(observation, observation.stamp))
         except Exception as error:  # a user's class may raise anything
-            yield f"{key}: fails when that of {uav(number)} {when}: {_raised(error)}"
+            yield Problem("control.law", f"fails when that of {uav(number)} {when}: {_raised(error)}")
             return
 
 

@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import get_args
 
 from flockwire_core.swarm.model import Swarm
-from flockwire_core.swarm.outline import Entry, entries, explanation, of_field
-from flockwire_core.swarm.schema import default
-from flockwire_core.swarm.wording import takes
-from pydantic import BaseModel
+from flockwire_core.swarm.outline import Key, Outline
 
 _HEAD = """# The swarm file
 
@@ -25,41 +21,31 @@ An editor that knows TOML and JSON Schema (Even Better TOML, taplo) completes an
 
 def swarm_file_page() -> str:
     """Return the page."""
-    parts = [_HEAD]
-    written: set[type[BaseModel]] = set()
-    every = list(entries(Swarm))
-    for entry in every:
-        if entry.model in written:
-            continue
-        written.add(entry.model)
-        tables = dict.fromkeys(other.table for other in every if other.model is entry.model)
-        parts += ["", *_section(entry, tuple(tables))]
-    return "\n".join(parts) + "\n"
+    outline = Outline(Swarm)
+    sections: dict[str, list[Key]] = {}  # by model
+    for key in outline.entries():
+        sections.setdefault(key.table["title"], []).append(key)
+    return "\n".join([_HEAD, *(line for keys in sections.values() for line in _section(outline, keys))]) + "\n"
 
 
-def _section(first: Entry, tables: tuple[str, ...]) -> Iterator[str]:
-    """Yield heading, purpose and keys of one table."""
-    yield f"## {' and '.join(_heading(table) for table in tables)}{_kind_of(first.model)}"
+def _section(outline: Outline, keys: list[Key]) -> Iterator[str]:
+    """Yield heading, purpose and keys of one model."""
+    table = keys[0].table
+    paths = dict.fromkeys(_heading(key.path) for key in keys)
+    kind = table["properties"].get("kind", {}).get("const")
     yield ""
-    yield (first.model.__doc__ or "").strip().split("\n")[0]
+    yield f"## {' and '.join(paths)}" + (f', kind = "{kind}"' if kind else "")
+    yield ""
+    yield table.get("purpose", table["description"]).split("\n")[0]
     yield ""
     yield "| key | default | unit | must be | |"
     yield "|---|---|---|---|---|"
-    for entry in entries(first.model):
-        if not entry.table:
-            unit, meaning = explanation(entry.model, entry.name)
-            cells = f"`{entry.name}`", default(entry), unit, takes(*of_field(entry.field)), meaning
-            yield f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |"
+    for key in {key.name: key for key in keys}.values():
+        cells = f"`{key.name}`", key.default, key.unit, outline.takes(key.part), key.meaning
+        yield f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |"
 
 
-def _heading(table: str) -> str:
-    if not table:
+def _heading(path: str) -> str:
+    if not path:
         return "The top of the file"
-    return f"`[[{table.removesuffix('.N')}]]`" if table.endswith(".N") else f"`[{table}]`"
-
-
-def _kind_of(model: type[BaseModel]) -> str:
-    field = model.model_fields.get("kind")
-    if field is None or len(get_args(field.annotation)) != 1:
-        return ""
-    return f', kind = "{get_args(field.annotation)[0]}"'
+    return f"`[[{path.removesuffix('.N')}]]`" if path.endswith(".N") else f"`[{path}]`"

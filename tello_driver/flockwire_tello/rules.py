@@ -2,44 +2,30 @@
 
 from __future__ import annotations
 
-import ipaddress
 from collections.abc import Iterator
 
 from flockwire_core.swarm.airframes import TELLO
 from flockwire_core.swarm.model import Swarm, uav
-from flockwire_core.swarm.rules import needs
+from flockwire_core.swarm.validation import Problem
 
 from flockwire_tello.sticks import full_speed
-from flockwire_tello.swarm_file import reached, table_of, tello_addresses
+from flockwire_tello.swarm_file import reached, tello_addresses
 
 
-@needs("drones.airframe", "drones.tello", "airframes")
-def ip4_addresses(swarm: Swarm) -> Iterator[str]:
-    """Yield values that are not IPv4 addresses."""
-    for place, drone in enumerate(swarm.drones):
-        for key in ("address", "local_ip"):
-            if (address := getattr(table_of(drone), key, None)) is None:
-                continue
-            try:
-                ipaddress.IPv4Address(address)
-            except ValueError:
-                yield f"drones.{place}.tello.{key} = {address!r}: must be an IPv4 address"
-
-
-@needs("drones", "airframes", "gateway.source", "network.base_port")
-def places(swarm: Swarm) -> Iterator[str]:
+def places(swarm: Swarm) -> Iterator[Problem]:
     """Yield Tellos with the same address, and drivers of one host that would receive each other's datagrams."""
     owners: dict[object, int] = {}
     for number in swarm.of_kind(TELLO):
         table, (drone, local), host = reached(swarm, number), tello_addresses(swarm, number), swarm.drone(number).host
         if (other := owners.setdefault(drone, number)) != number:
-            yield f"drones.tello.address = {drone!r}: {uav(number)} and {uav(other)} have one address"
+            yield Problem("drones.tello.address", f"{uav(number)} and {uav(other)} have one address", repr(drone))
         for key in ("command_port", "state_port"):
             if (other := owners.setdefault((host, local, getattr(table, key)), number)) != number:
-                yield (
-                    f"drones.tello.local_ip: the drivers of {uav(other)} and {uav(number)} would both bind {local}, "
-                    f"port {getattr(table, key)}; give this host an address for each and name it: tello.local_ip"
+                where = (
+                    f"the drivers of {uav(other)} and {uav(number)} would both bind {local}, port {getattr(table, key)}"
                 )
+                remedy = "give this host an address for each and name it: tello.local_ip"
+                yield Problem("drones.tello.local_ip", f"{where}; {remedy}")
 
 
 def warnings(swarm: Swarm) -> Iterator[str]:
@@ -54,4 +40,4 @@ def warnings(swarm: Swarm) -> Iterator[str]:
             )
 
 
-RULES = (ip4_addresses, places)
+RULES = (places,)

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import ipaddress
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from flockwire_core.swarm.tables import Model, Port, Positive
-from pydantic import Field
+from flockwire_core.swarm.tables import Ip4, Model, Port, Positive, key
 
 if TYPE_CHECKING:
     from flockwire_core.swarm.drones import Airframe, Drone
@@ -26,33 +25,37 @@ ANY = "0.0.0.0"  # noqa: S104  (all addresses of the host: which of them is in t
 class Tello(Model):
     """The addresses by which a driver reaches its Tello."""
 
-    address: str | None = None  # the drone's own IPv4 address, "192.168.10.1"; default: it is simulated
-    local_ip: str | None = None  # of the host, for the driver; default: all, or its own if the drone is on loopback
-    command_port: Port = 8889  # of the host
-    state_port: Port = 8890  # of the host
-    source_filter: bool = True  # accepts datagrams only from the drone's address; off behind an address translation
+    address: Ip4 | None = key(None, 'the drone\'s own IPv4 address, "192.168.10.1"; default: it is simulated')
+    local_ip: Ip4 | None = key(
+        None, "of the host, for the driver; default: all, or its own if the drone is on loopback"
+    )
+    command_port: Port = key(8889, "of the host")
+    state_port: Port = key(8890, "of the host")
+    source_filter: bool = key(
+        True, "accepts datagrams only from the drone's address; off behind an address translation"
+    )
 
 
 class StickGains(Model):
     """Velocity per unit of each stick of a Tello: m/s, for yaw rad/s. Assumed; `flockwire identify` measures it."""
 
-    right: Positive = 0.01  # m/s, to the right
-    forward: Positive = 0.01  # m/s, forward
-    up: Positive = 0.01  # m/s, upward
-    clockwise: Positive = 0.01745  # rad/s, of yaw
+    right: Positive = key(0.01, "to the right", "m/s")
+    forward: Positive = key(0.01, "forward", "m/s")
+    up: Positive = key(0.01, "upward", "m/s")
+    clockwise: Positive = key(0.01745, "of yaw", "rad/s")
 
 
 class TelloInDrones(Model):
     """The keys of [[drones]] for a Tello."""
 
-    tello: Tello | None = None  # addresses of a Tello; default: the drone is simulated
+    tello: Tello | None = key(None, "addresses of a Tello; default: the drone is simulated")
 
 
 class TelloInAirframes(Model):
     """The keys of [airframes.NAME] for a Tello."""
 
-    stick_gains: StickGains = StickGains()  # velocity per stick unit of a Tello
-    rc_rate_hz: Annotated[int, Field(ge=5, le=100)] = 50  # Hz, rate of stick commands of a Tello's driver
+    stick_gains: StickGains = key(StickGains(), "velocity per stick unit of a Tello")
+    rc_rate_hz: int = key(50, "rate of stick commands of a Tello's driver", "Hz", ge=5, le=100)
 
 
 class TelloAddresses(NamedTuple):

@@ -78,7 +78,7 @@ def test_there_are_shipped_swarms():
         ("drones", 5, "drones = 5: must be a list of up to 1000 items, each item a table"),
         ("name", "two words", "name = 'two words': must be a letter followed by"),
         ("name", "a/b", "name = 'a/b': must be a letter followed by"),
-        ("name", datetime.date(2022, 1, 1), "name = '2022-01-01': must be a letter followed by"),
+        ("name", datetime.date(2022, 1, 1), "name = 2022-01-01: must be a letter followed by"),
         ("frame", "", "frame = '': must be a letter followed by"),
         ("formation.kind", "heart", "formation.kind = 'heart': must be 'circle', 'line'"),
     ],

@@ -10,12 +10,11 @@ Times must be in order, unknown keys are refused.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from flockwire_core.process.faults import (
     AgentFault,
@@ -32,8 +31,9 @@ from flockwire_core.process.faults import (
     Partition,
     Restart,
 )
-from flockwire_core.swarm.reading import error_lines, read_toml
-from flockwire_core.swarm.tables import Model
+from flockwire_core.swarm.reading import read_toml
+from flockwire_core.swarm.tables import Items, Model
+from flockwire_core.swarm.validation import validate
 from flockwire_core.swarm.wording import meant
 from flockwire_core.wire.plan import Plan
 
@@ -43,7 +43,7 @@ class FaultFileError(ValueError):
 
 
 class _File(Model):
-    faults: tuple[Annotated[Fault, Field(discriminator="kind")], ...] = ()
+    faults: Items[Annotated[Fault, Field(discriminator="kind")]] = ()
 
 
 def load_faults(path: Path, plan: Plan) -> tuple[Fault, ...]:
@@ -53,10 +53,7 @@ def load_faults(path: Path, plan: Plan) -> tuple[Fault, ...]:
 
 def parse_faults(table: dict[str, object], plan: Plan, origin: str) -> tuple[Fault, ...]:
     """Check the content `table` of the fault file `origin`; raises FaultFileError."""
-    try:
-        faults = _File.model_validate_json(json.dumps(table, default=str)).faults
-    except ValidationError as error:
-        raise FaultFileError("\n".join(f"{origin}: {line}" for line in error_lines(error, _File))) from None
+    faults = validate(_File, table, origin, FaultFileError).faults
     problems = list(_problems(faults, plan))
     if problems:
         raise FaultFileError("\n".join(f"{origin}: {line}" for line in problems))

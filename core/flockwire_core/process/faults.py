@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 from pydantic import ConfigDict, Field
 
 from flockwire_core.swarm.model import uav
-from flockwire_core.swarm.tables import Finite, Model, NotNegative, Point, Positive, Probability
+from flockwire_core.swarm.tables import Finite, Items, Model, NotNegative, Point, Positive, Probability
 
 SIM_ONLY = ("clock",)
 
@@ -79,7 +79,7 @@ class Partition(_Fault):
     """Nothing passes between these processes and all others, except the operator."""
 
     kind: Literal["partition"]
-    processes: Annotated[tuple[str, ...], Field(min_length=1)]
+    processes: Annotated[Items[str], Field(min_length=1)]
     duration: Positive
 
 
@@ -103,7 +103,7 @@ class NameSwap(_Fault):
     """The tracker exchanges the names of two drones' bodies."""
 
     kind: Literal["swap"]
-    drones: tuple[int, int]
+    drones: Annotated[tuple[int, int], Field(strict=False)]
     duration: Positive
 
 

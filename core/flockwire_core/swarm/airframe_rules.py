@@ -6,36 +6,32 @@ from collections.abc import Iterator
 
 from flockwire_core.swarm.airframes import AIRFRAMES
 from flockwire_core.swarm.model import Swarm, uav
-from flockwire_core.swarm.rules import needs
+from flockwire_core.swarm.validation import Problem
 
 
-@needs("drones", "airframes")
-def tables(swarm: Swarm) -> Iterator[str]:
+def tables(swarm: Swarm) -> Iterator[Problem]:
     """Yield tables of drones with another kind."""
     for place, drone in enumerate(swarm.drones):
-        frame = swarm.airframes.get(drone.airframe)
+        frame = swarm.airframes[drone.airframe]
         for row in AIRFRAMES:
-            if frame is not None and frame.kind != row.kind and getattr(drone, row.kind, None) is not None:
+            if frame.kind != row.kind and getattr(drone, row.kind, None) is not None:
                 which = f"airframe {drone.airframe!r} is of kind {frame.kind!r}"
-                yield f"drones.{place}.{row.kind}: {which}, must be {row.kind!r}"
+                yield Problem(f"drones.{place}.{row.kind}", f"{which}, must be {row.kind!r}")
 
 
-@needs("drones", "airframes", "gateway.source")
-def cameras(swarm: Swarm) -> Iterator[str]:
+def cameras(swarm: Swarm) -> Iterator[Problem]:
     """Yield real drones that simulated cameras do not see."""
-    for number in swarm.flying if swarm.gateway.source == "simulated" else ():
-        if (address := swarm.real_address(number)) is not None:
-            yield (
-                f"drones.{swarm.row(number).kind}.address = {address!r}: no tracker sees {uav(number)}, "
-                "gateway.source = 'simulated'; set a real tracker, or remove the address to simulate the "
-                "drone"
+    for place, drone in enumerate(swarm.drones if swarm.gateway.source == "simulated" else ()):
+        if drone.id in swarm.flying and swarm.real_address(drone.id) is not None:
+            yield Problem(
+                f"drones.{place}.{swarm.row(drone.id).kind}.address",
+                f"no tracker sees {uav(drone.id)}, gateway.source = 'simulated'; set a real tracker, or remove the "
+                "address to simulate the drone",
             )
 
 
-@needs("drones", "airframes", "limits.staleness")
-def reactions(swarm: Swarm) -> Iterator[str]:
+def reactions(swarm: Swarm) -> Iterator[Problem]:
     """Yield limits of the staleness ladder that are slower than an airframe's own reaction."""
-    stale = swarm.limits.staleness
     for name in dict.fromkeys(swarm.drone(number).airframe for number in swarm.flying):
         row = swarm.airframe_row(name)
         for key, lost, by_itself in (
@@ -43,11 +39,9 @@ def reactions(swarm: Swarm) -> Iterator[str]:
             ("pose_land", "poses", row.without_poses),
             ("telemetry_land", "its link", row.without_link),
         ):
-            if (limit := getattr(stale, key)) >= by_itself.after:
-                yield (
-                    f"limits.staleness.{key} = {limit:g}: must be below {by_itself.after:g} s, after which airframe "
-                    f"{name!r} {by_itself.does} by itself without {lost}"
-                )
+            if getattr(swarm.limits.staleness, key) >= by_itself.after:
+                when = f"{by_itself.after:g} s, after which airframe {name!r} {by_itself.does} by itself without {lost}"
+                yield Problem(f"limits.staleness.{key}", f"must be below {when}")
 
 
 RULES = (tables, cameras, reactions)

@@ -7,19 +7,22 @@ from math import isfinite
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, field_validator
+from pydantic.json_schema import SkipJsonSchema
 
 from flockwire_core.control import formation as shapes
 from flockwire_core.control.expression import derivative
 from flockwire_core.control.expression_parser import parse_expression
 from flockwire_core.control.key_frames import parse_key_frames
-from flockwire_core.swarm.tables import Finite, Model, Positive
+from flockwire_core.swarm.tables import Finite, Model, Positive, key
 
 
 class FormationModel(Model):
     """The common part of all kinds."""
 
-    places: Literal["assigned", "fixed"] = "assigned"  # assignment in a change to it: shortest paths, or by rank
-    assignment: Literal["rank", "free", "auction"] = "rank"  # at a start: by rank, shortest paths, followers decide
+    places: Literal["assigned", "fixed"] = key("assigned", "assignment in a change to it: shortest paths, or by rank")
+    assignment: Literal["rank", "free", "auction"] = key(
+        "rank", "at a start: by rank, shortest paths, followers decide"
+    )
 
 
 class ShapeModel(FormationModel):
@@ -36,47 +39,47 @@ class CircleFormation(ShapeModel):
     """Followers evenly spread on a circle round the leader."""
 
     shape: ClassVar = shapes.Circle
-    kind: Literal["circle"]  # evenly spread on a circle round the leader
-    radius: Positive = 2.0  # m, of the circle
-    rate: Finite = 0.0  # rad/s, about Z
+    kind: Literal["circle"] = key(..., "evenly spread on a circle round the leader")
+    radius: Positive = key(2.0, "of the circle", "m")
+    rate: Finite = key(0.0, "about Z", "rad/s")
 
 
 class LineFormation(ShapeModel):
     """Followers on a line through the leader, alternately before and behind it."""
 
     shape: ClassVar = shapes.Line
-    kind: Literal["line"]  # on a line through the leader
-    spacing: Positive = 1.0  # m, between neighbours
-    heading: Finite = 0.0  # rad, of the line, from X
-    rate: Finite = 0.0  # rad/s, about Z
+    kind: Literal["line"] = key(..., "on a line through the leader")
+    spacing: Positive = key(1.0, "between neighbours", "m")
+    heading: Finite = key(0.0, "of the line, from X", "rad")
+    rate: Finite = key(0.0, "about Z", "rad/s")
 
 
 class GridFormation(ShapeModel):
     """Followers on a rectangular grid with the leader in one of its cells."""
 
     shape: ClassVar = shapes.Grid
-    kind: Literal["grid"]  # on a rectangular grid
-    spacing: Positive = 1.0  # m, between neighbours
-    columns: Annotated[int, Field(ge=1)] = 3  # of the grid
-    rate: Finite = 0.0  # rad/s, about Z
+    kind: Literal["grid"] = key(..., "on a rectangular grid")
+    spacing: Positive = key(1.0, "between neighbours", "m")
+    columns: int = key(3, "of the grid", ge=1)
+    rate: Finite = key(0.0, "about Z", "rad/s")
 
 
 class PolygonFormation(ShapeModel):
     """Followers evenly spread along the perimeter of a regular polygon round the leader."""
 
     shape: ClassVar = shapes.Polygon
-    kind: Literal["polygon"]  # along the sides of a regular polygon
-    sides: Annotated[int, Field(ge=3)] = 4  # of the polygon
-    radius: Positive = 2.0  # m, of its corners
-    rate: Finite = 0.0  # rad/s, about Z
+    kind: Literal["polygon"] = key(..., "along the sides of a regular polygon")
+    sides: int = key(4, "of the polygon", ge=3)
+    radius: Positive = key(2.0, "of its corners", "m")
+    rate: Finite = key(0.0, "about Z", "rad/s")
 
 
 class KeyFramesFormation(FormationModel):
     """Offsets from a CSV file `t,drone,x,y,z`, joined by a smooth curve; `frames` is the file's text."""
 
-    kind: Literal["key_frames"]  # by a CSV file `t,drone,x,y,z`
-    file: str  # its path, from the swarm file's folder
-    frames: Annotated[str, Field(repr=False)] = ""
+    kind: Literal["key_frames"] = key(..., "by a CSV file `t,drone,x,y,z`")
+    file: str = key(..., "its path, from the swarm file's folder")
+    frames: SkipJsonSchema[str] = Field("", repr=False)
 
     def build(self, count: int) -> shapes.Formation:
         """Return the formation; the file must have a curve for each of the `count` followers."""
@@ -89,10 +92,10 @@ class KeyFramesFormation(FormationModel):
 class ExpressionFormation(FormationModel):
     """Offsets in m as expressions in t (s), i (the follower's rank, from 0) and n (the number of followers)."""
 
-    kind: Literal["expression"]  # by formulas
-    x: str  # m, in t, i and n
-    y: str  # m, in t, i and n
-    z: str = "0"  # m, in t, i and n
+    kind: Literal["expression"] = key(..., "by formulas")
+    x: str = key(..., "in t, i and n", "m")
+    y: str = key(..., "in t, i and n", "m")
+    z: str = key("0", "in t, i and n", "m")
 
     @field_validator("x", "y", "z")
     @classmethod

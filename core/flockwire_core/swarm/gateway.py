@@ -8,108 +8,122 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
-from flockwire_core.swarm.ros import Domain, RouterAddress, absolute_name
-from flockwire_core.swarm.tables import Delay, Finite, Model, Point, Positive, Size
-from flockwire_core.swarm.wording import Takes
+from flockwire_core.swarm.ros import AbsoluteName, Domain, RouterAddress, is_absolute
+from flockwire_core.swarm.tables import (
+    Delay,
+    Finite,
+    Form,
+    GroupIp4,
+    HostIp4,
+    Items,
+    Model,
+    Point,
+    Positive,
+    Size,
+    key,
+)
 
 Port = Annotated[int, Field(ge=1, le=65535)]
 Share = Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)]
 UpAxis = Literal["y", "z"]
 Unit = Literal["m", "mm"]
 Noise = Annotated[float, Field(ge=0, le=0.5, allow_inf_nan=False)]  # m; more is millimetres
+OLDEST, NEWEST = "3.0", "4.5"  # versions of NatNet
 UNIT_TOLERANCE = 0.01  # of a quaternion's length: rounding by a person
 
 
-def _unit(q: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+Quaternion = tuple[Finite, Finite, Finite, Finite]
+
+
+def _is_unit(q: Quaternion) -> bool:
+    return abs(hypot(*q) - 1.0) <= UNIT_TOLERANCE
+
+
+def _normalise(q: Quaternion) -> Quaternion:
     length = hypot(*q)
-    if abs(length - 1.0) > UNIT_TOLERANCE:
-        raise ValueError("must be a unit quaternion x, y, z, w")
     x, y, z, w = q
     return (x / length, y / length, z / length, w / length)
 
 
-def _version(text: str) -> str:
-    if not re.fullmatch(r"[0-9]\.[0-9]", text):
-        raise ValueError('must be a version like "4.1"')
-    return text
+def _is_body_topic(text: str) -> bool:
+    return "{body}" in text and bool(is_absolute(text.replace("/{body}", "/body")))
 
 
-def _body_topic(text: str) -> str:
-    if "{body}" not in text or "{body}" in text.replace("/{body}", ""):
-        raise ValueError("must have {body} as a whole part, as /vrpn_mocap/{body}/pose")
-    absolute_name(text.replace("{body}", "body"))
-    return text
+def _is_version(text: str) -> bool:
+    return re.fullmatch(r"[0-9]\.[0-9]", text) is not None and OLDEST <= text <= NEWEST
 
 
 Rotation = Annotated[
-    tuple[Finite, Finite, Finite, Finite], AfterValidator(_unit), Takes("a unit quaternion [x, y, z, w]")
+    Quaternion, Field(strict=False), Form("a unit quaternion [x, y, z, w]", _is_unit), AfterValidator(_normalise)
 ]
-BodyTopic = Annotated[str, AfterValidator(_body_topic), Takes("an absolute ROS name with {body} in it")]
-Version = Annotated[str, AfterValidator(_version), Takes('a version like "4.1"')]
+BodyTopic = Annotated[
+    str, Form("an absolute ROS name with {body} as a whole part, as /vrpn_mocap/{body}/pose", _is_body_topic)
+]
+Version = Annotated[str, Form(f'a version of NatNet from {OLDEST} to {NEWEST}, as text like "4.1"', _is_version)]
 
 
 class Axes(Model):
     """The frame of a source."""
 
-    up_axis: UpAxis = "z"  # the axis that points up
-    unit: Unit = "m"  # of its lengths
+    up_axis: UpAxis = key("z", "the axis that points up")
+    unit: Unit = key("m", "of its lengths")
 
 
 class NatNet(Axes):
     """OptiTrack's Motive, or another server of NatNet 3.0 to 4.5."""
 
-    server: str = "127.0.0.1"  # its IPv4 address
-    command_port: Port = 1510  # for requests
-    multicast: bool = False  # whether it streams to a group, not to each client
-    group: str | None = None  # of multicast; default: as the server announces
-    data_port: Port = 1511  # of that group
-    interface: str = "0.0.0.0"  # noqa: S104  # this host's IPv4 address towards the server
-    bitstream: Version | None = None  # NatNet version to request (multicast: the streamed one); default: the server's
-    request_model: bool = True  # whether to request the bodies' names
-    up_axis: UpAxis = "y"  # the axis that points up
+    server: HostIp4 = key("127.0.0.1", "its IPv4 address")
+    command_port: Port = key(1510, "for requests")
+    multicast: bool = key(False, "whether it streams to a group, not to each client")
+    group: GroupIp4 | None = key(None, "of multicast; default: as the server announces")
+    data_port: Port = key(1511, "of that group")
+    interface: HostIp4 = key("0.0.0.0", "this host's IPv4 address towards the server")  # noqa: S104
+    bitstream: Version | None = key(
+        None, "NatNet version to request (multicast: the streamed one); default: the server's"
+    )
+    request_model: bool = key(True, "whether to request the bodies' names")
+    up_axis: UpAxis = key("y", "the axis that points up")
 
 
 class Vrpn(Axes):
     """A VRPN server, over TCP; each sender is a body."""
 
-    server: str = "127.0.0.1"  # its name or address
-    port: Port = 3883  # of TCP
-    latency: Delay = 0.0  # s, from exposure to the server's stamp
+    server: str = key("127.0.0.1", "its name or address")
+    port: Port = key(3883, "of TCP")
+    latency: Delay = key(0.0, "from exposure to the server's stamp", "s")
 
 
 class Qualisys(Axes):
     """Qualisys QTM's real-time server (extra `qualisys`)."""
 
-    server: str = "127.0.0.1"  # its name or address
-    port: Port = 22223  # of TCP, for little-endian
-    latency: Delay = 0.0  # s, from exposure to arrival, if known
-    unit: Unit = "mm"  # of its lengths
+    server: str = key("127.0.0.1", "its name or address")
+    port: Port = key(22223, "of TCP, for little-endian")
+    latency: Delay = key(0.0, "from exposure to arrival, if known", "s")
+    unit: Unit = key("mm", "of its lengths")
 
 
 class Vicon(Axes):
     """Vicon's Tracker or Nexus (extra `vicon`)."""
 
-    server: str = "127.0.0.1"  # its name or address
-    latency: Delay = 0.0  # s, from exposure to arrival, if known
+    server: str = key("127.0.0.1", "its name or address")
+    latency: Delay = key(0.0, "from exposure to arrival, if known", "s")
 
 
 class BodyTopics(Axes):
     """Topics of ROS 2 that report bodies: one for each, or one of all (docs/ros.md)."""
 
-    topic: BodyTopic | None = None  # PoseStamped or TransformStamped, one for each body
-    array: Annotated[str, AfterValidator(absolute_name), Takes("an absolute ROS name")] | None = (
-        None  # PoseArray, NamedPoseArray or TFMessage of all bodies, instead of `topic`
-    )
-    bodies: tuple[str, ...] = ()  # the bodies' names in the order of a PoseArray; default: the drones', by id
+    topic: BodyTopic | None = key(None, "PoseStamped or TransformStamped, one for each body")
+    array: AbsoluteName | None = key(None, "PoseArray, NamedPoseArray or TFMessage of all bodies, instead of `topic`")
+    bodies: Items[str] = key((), "the bodies' names in the order of a PoseArray; default: the drones', by id")
 
 
 class RosPoses(BodyTopics):
     """Poses from ROS 2 (docs/ros.md)."""
 
-    router: RouterAddress = "127.0.0.1:7447"  # address and port of rmw_zenohd
-    domain: Domain = 0  # ROS_DOMAIN_ID
-    topic: BodyTopic = "/vrpn_mocap/{body}/pose"  # PoseStamped or TransformStamped, one for each body
-    latency: Delay = 0.0  # s, from exposure to arrival, if known
+    router: RouterAddress = key("127.0.0.1:7447", "address and port of rmw_zenohd")
+    domain: Domain = key(0, "ROS_DOMAIN_ID")
+    topic: BodyTopic = key("/vrpn_mocap/{body}/pose", "PoseStamped or TransformStamped, one for each body")
+    latency: Delay = key(0.0, "from exposure to arrival, if known", "s")
 
     @property
     def server(self) -> str:
@@ -120,8 +134,8 @@ class RosPoses(BodyTopics):
 class Replay(BodyTopics):
     """The poses of an earlier flight, or of a bag of ROS 2 with `topic` or `array`; frame and unit are the latter's."""
 
-    trace: str = ""  # file, trace.mcap of an earlier flight or an MCAP bag
-    pace: Positive = 1.0  # relative to the recorded pace
+    trace: str = key("", "file, trace.mcap of an earlier flight or an MCAP bag")
+    pace: Positive = key(1.0, "relative to the recorded pace")
 
     @property
     def foreign(self) -> bool:
@@ -132,34 +146,36 @@ class Replay(BodyTopics):
 class Twin(Model):
     """A simulated tracker, which serves the simulated airframes in the source's protocol, at the source's address."""
 
-    version: Version = "4.1"  # of NatNet
-    loss: Share = 0.0  # share of frames that are lost
-    repetition: Share = 0.0  # share of frames that arrive twice
-    reordering: Share = 0.0  # share of frames that arrive after the next
-    renamed: dict[str, str] = Field(default={})  # its names for bodies, by the name in this file
+    version: Version = key("4.1", "of NatNet")
+    loss: Share = key(0.0, "share of frames that are lost")
+    repetition: Share = key(0.0, "share of frames that arrive twice")
+    reordering: Share = key(0.0, "share of frames that arrive after the next")
+    renamed: dict[str, str] = key({}, "its names for bodies, by the name in this file")
 
 
 class Gateway(Model):
     """The source of poses, and the tracker's frame on the field (docs/tracking.md)."""
 
-    source: Literal["simulated", "natnet", "vrpn", "qualisys", "vicon", "ros", "replay"] = (
-        "simulated"  # the tracking system; its table is below
+    source: Literal["simulated", "natnet", "vrpn", "qualisys", "vicon", "ros", "replay"] = key(
+        "simulated", "the tracking system; its table is below"
     )
-    rate_hz: Annotated[int, Field(ge=10, le=500)] = 100  # Hz, of the cameras
-    rotation: Rotation = (0.0, 0.0, 0.0, 1.0)  # quaternion x, y, z, w: from the tracker's axes, z up, to the field's
-    offset: Point = (0.0, 0.0, 0.0)  # m, of the tracker's origin on the field
-    person_radius: Size = 0.4  # m, round a body that this file does not name: a person with markers
-    natnet: NatNet = NatNet()  # the table of source = "natnet"
-    vrpn: Vrpn = Vrpn()  # the table of source = "vrpn"
-    qualisys: Qualisys = Qualisys()  # the table of source = "qualisys"
-    vicon: Vicon = Vicon()  # the table of source = "vicon"
-    ros: RosPoses = RosPoses()  # the table of source = "ros"
-    replay: Replay = Replay()  # the table of source = "replay"
-    twin: Twin | None = None  # a simulated tracker; this table enables it
-    noise: Noise = 0.0  # m, standard deviation per axis (simulated cameras)
-    latency: Delay = 0.0  # s, from exposure to sending (simulated cameras)
-    dropout: Share = 0.0  # share of lost samples (simulated cameras)
-    seed: Annotated[int, Field(ge=0)] = 0  # of noise and losses
+    rate_hz: int = key(100, "of the cameras", "Hz", ge=10, le=500)
+    rotation: Rotation = key(
+        (0.0, 0.0, 0.0, 1.0), "quaternion x, y, z, w: from the tracker's axes, z up, to the field's"
+    )
+    offset: Point = key((0.0, 0.0, 0.0), "of the tracker's origin on the field", "m")
+    person_radius: Size = key(0.4, "round a body that this file does not name: a person with markers", "m")
+    natnet: NatNet = key(NatNet(), 'the table of source = "natnet"')
+    vrpn: Vrpn = key(Vrpn(), 'the table of source = "vrpn"')
+    qualisys: Qualisys = key(Qualisys(), 'the table of source = "qualisys"')
+    vicon: Vicon = key(Vicon(), 'the table of source = "vicon"')
+    ros: RosPoses = key(RosPoses(), 'the table of source = "ros"')
+    replay: Replay = key(Replay(), 'the table of source = "replay"')
+    twin: Twin | None = key(None, "a simulated tracker; this table enables it")
+    noise: Noise = key(0.0, "standard deviation per axis (simulated cameras)", "m")
+    latency: Delay = key(0.0, "from exposure to sending (simulated cameras)", "s")
+    dropout: Share = key(0.0, "share of lost samples (simulated cameras)")
+    seed: int = key(0, "of noise and losses", ge=0)
 
     twins: ClassVar[tuple[str, ...]] = ("natnet", "vrpn", "qualisys", "ros")  # sources that a twin can serve
 

@@ -5,20 +5,20 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import Field, model_validator
+from pydantic.json_schema import SkipJsonSchema
 
 from flockwire_core.control.key_frames import parse_key_frames
 from flockwire_core.control.trajectory import Circling, Constant, Timed, Trajectory, Waypoints
-from flockwire_core.swarm.ros import absolute_name
-from flockwire_core.swarm.tables import Finite, Model, Point, Positive
-from flockwire_core.swarm.wording import Takes
+from flockwire_core.swarm.ros import AbsoluteName
+from flockwire_core.swarm.tables import Finite, Items, Model, Point, Positive, key
 
 
 class ConstantVelocity(Model):
     """The leader flies straight on."""
 
-    kind: Literal["constant"]  # straight on
-    velocity: Point = (0.1, 0.1, 0.0)  # m/s, in the world frame
+    kind: Literal["constant"] = key(..., "straight on")
+    velocity: Point = key((0.1, 0.1, 0.0), "in the world frame", "m/s")
 
     def build(self) -> Trajectory:
         """Return the trajectory."""
@@ -28,9 +28,9 @@ class ConstantVelocity(Model):
 class CirclingTrajectory(Model):
     """The leader flies a circle that touches its start."""
 
-    kind: Literal["circle"]  # round a circle that touches the start
-    radius: Positive = 1.0  # m, of the circle
-    rate: Finite = 0.1  # rad/s, about Z
+    kind: Literal["circle"] = key(..., "round a circle that touches the start")
+    radius: Positive = key(1.0, "of the circle", "m")
+    rate: Finite = key(0.1, "about Z", "rad/s")
 
     def build(self) -> Trajectory:
         """Return the trajectory."""
@@ -40,10 +40,10 @@ class CirclingTrajectory(Model):
 class WaypointsTrajectory(Model):
     """The leader flies through points relative to its start, and stays at the last one (or repeats them)."""
 
-    kind: Literal["waypoints"]  # from point to point
-    points: Annotated[tuple[Point, ...], Field(min_length=1)]  # m, relative to the start
-    speed: Positive = 0.2  # m/s, between the points
-    loop: bool = False  # whether it restarts after the last one
+    kind: Literal["waypoints"] = key(..., "from point to point")
+    points: Items[Point] = key(..., "relative to the start", "m", min_length=1)
+    speed: Positive = key(0.2, "between the points", "m/s")
+    loop: bool = key(False, "whether it restarts after the last one")
 
     def build(self) -> Trajectory:
         """Return the trajectory."""
@@ -53,9 +53,9 @@ class WaypointsTrajectory(Model):
 class KeyFramesTrajectory(Model):
     """The leader flies a path with times from a CSV file `t,drone,x,y,z` of one drone, relative to its first point."""
 
-    kind: Literal["key_frames"]  # by a CSV file `t,drone,x,y,z`
-    file: str  # its path, from the swarm file's folder
-    frames: Annotated[str, Field(repr=False)] = ""
+    kind: Literal["key_frames"] = key(..., "by a CSV file `t,drone,x,y,z`")
+    file: str = key(..., "its path, from the swarm file's folder")
+    frames: SkipJsonSchema[str] = Field("", repr=False)
 
     @model_validator(mode="after")
     def _of_one(self) -> Self:
@@ -78,25 +78,27 @@ def timed(frames: str) -> Timed:
 class RosLeader(Model):
     """The ROS 2 topic that the leader follows: a velocity, or a place (docs/ros.md)."""
 
-    topic: Annotated[str, AfterValidator(absolute_name), Takes("an absolute ROS name")] = "/leader/cmd_vel"  # its name
-    message: Literal["TwistStamped", "PoseStamped"] = "TwistStamped"  # its type in geometry_msgs, in the world frame
+    topic: AbsoluteName = key("/leader/cmd_vel", "its name")
+    message: Literal["TwistStamped", "PoseStamped"] = key(
+        "TwistStamped", "its type in geometry_msgs, in the world frame"
+    )
 
 
 class Leader(Model):
     """The leader: drone 0 on a trajectory or steered, a body that a person carries, or a virtual point."""
 
-    kind: Literal["trajectory", "teleoperated", "tracked", "virtual", "ros"] = (
-        "trajectory"  # kind of leader, see docs/leaders.md
+    kind: Literal["trajectory", "teleoperated", "tracked", "virtual", "ros"] = key(
+        "trajectory", "kind of leader, see docs/leaders.md"
     )
     trajectory: Annotated[
         ConstantVelocity | CirclingTrajectory | WaypointsTrajectory | KeyFramesTrajectory, Field(discriminator="kind")
-    ] = CirclingTrajectory(kind="circle")  # its path in the formation phase; a simulated person walks it
-    input_bound: Positive = 0.1  # m/s, |u_0| per axis: unknown to the followers, used in Lemma 3
-    tracking_gain: Positive = 2.0  # 1/s, of the leader's own position loop
-    start: Point = (0.0, 0.0, 1.0)  # m, of a virtual leader
-    speed: Positive = 0.3  # m/s, maximum, of a leader that is steered or carried
-    acceleration: Positive = 1.0  # m/s^2, of a steered leader
-    ros: RosLeader = RosLeader()  # the table of kind = "ros"
+    ] = key(CirclingTrajectory(kind="circle"), "its path in the formation phase; a simulated person walks it")
+    input_bound: Positive = key(0.1, "|u_0| per axis: unknown to the followers, used in Lemma 3", "m/s")
+    tracking_gain: Positive = key(2.0, "of the leader's own position loop", "1/s")
+    start: Point = key((0.0, 0.0, 1.0), "of a virtual leader", "m")
+    speed: Positive = key(0.3, "maximum, of a leader that is steered or carried", "m/s")
+    acceleration: Positive = key(1.0, "of a steered leader", "m/s^2")
+    ros: RosLeader = key(RosLeader(), 'the table of kind = "ros"')
 
     @property
     def has_body(self) -> bool:

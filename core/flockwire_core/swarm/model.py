@@ -6,12 +6,11 @@ angles radians, the world frame is ENU with Z up. Unknown keys are refused; ever
 
 from __future__ import annotations
 
-import re
 from functools import cached_property
 from math import ceil
-from typing import Annotated
 
 from pydantic import Field, field_validator
+from pydantic.json_schema import SkipJsonSchema
 
 from flockwire_core.control import formation as shapes
 from flockwire_core.control.graph import LEADER, Graph
@@ -30,6 +29,8 @@ from flockwire_core.swarm.tables import (
     Control,
     GraphTable,
     Host,
+    HostName,
+    Items,
     Limits,
     Model,
     Network,
@@ -37,6 +38,8 @@ from flockwire_core.swarm.tables import (
     Obstacle,
     Sim,
     TrackedObstacle,
+    Word,
+    key,
 )
 
 SURVEY_HORIZON = 120.0  # s of every formation that are sampled, or its length
@@ -54,35 +57,28 @@ def uav(number: int) -> str:
 class Swarm(Model):
     """A whole swarm. A swarm returned by loading.py has passed every rule and may fly."""
 
-    name: str  # the swarm's name: the first part of every key
-    frame: str = "world"  # name of the world frame, ENU with Z up
-    control: Control = Control()  # the control law
-    observer: Observer = Observer()  # the fixed-time observer (8)
-    formation: FormationTable | None = None  # the first formation
-    formations: dict[str, FormationTable] = Field(default={})  # other formations, by name
-    avoidance: Avoidance = Avoidance()  # sensing and required distances
-    limits: Limits = Limits()  # speeds, heights, battery, fence
-    checks: Checks = Checks()  # bounds that judge a flight
-    leader: Leader = Leader()  # the leader and its path
-    graph: GraphTable  # who receives from whom
-    drones: Annotated[tuple[Drone, ...], Field(max_length=MOST_DRONES)]  # every drone
-    airframes: dict[str, Airframe] = Field(default=BUILT_IN_AIRFRAMES)  # responses of airframes
-    wind: Wind = Wind()  # wind of simulated airframes
-    obstacles: tuple[Obstacle, ...] = ()  # fixed obstacles
-    tracked_obstacles: tuple[TrackedObstacle, ...] = ()  # moving obstacles that the tracker sees
-    gateway: Gateway = Gateway()  # where poses come from
-    network: Network = Network()  # the links of processes
-    ros: Ros | None = None  # the swarm in ROS 2; this table enables it
-    sim: Sim = Sim()  # the network of `flockwire sim`
-    hosts: dict[str, Host] = Field(default={"local": Host()})  # the machines
-    folder: Annotated[str, Field(repr=False, exclude=True)] = ""  # of the file, where an own law is searched
-
-    @field_validator("name", "frame")
-    @classmethod
-    def _one_word(cls, value: str) -> str:
-        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,63}", value):
-            raise ValueError("must be a letter followed by letters, digits and _ (it becomes part of ROS 2 topics)")
-        return value
+    name: Word = key(..., "the swarm's name: the first part of every key")
+    frame: Word = key("world", "name of the world frame, ENU with Z up")
+    control: Control = key(Control(), "the control law")
+    observer: Observer = key(Observer(), "the fixed-time observer (8)")
+    formation: FormationTable | None = key(None, "the first formation")
+    formations: dict[str, FormationTable] = key({}, "other formations, by name")
+    avoidance: Avoidance = key(Avoidance(), "sensing and required distances")
+    limits: Limits = key(Limits(), "speeds, heights, battery, fence")
+    checks: Checks = key(Checks(), "bounds that judge a flight")
+    leader: Leader = key(Leader(), "the leader and its path")
+    graph: GraphTable = key(..., "who receives from whom")
+    drones: Items[Drone] = key(..., "every drone", max_length=MOST_DRONES)
+    airframes: dict[str, Airframe] = key(BUILT_IN_AIRFRAMES, "responses of airframes")
+    wind: Wind = key(Wind(), "wind of simulated airframes")
+    obstacles: Items[Obstacle] = key((), "fixed obstacles")
+    tracked_obstacles: Items[TrackedObstacle] = key((), "moving obstacles that the tracker sees")
+    gateway: Gateway = key(Gateway(), "where poses come from")
+    network: Network = key(Network(), "the links of processes")
+    ros: Ros | None = key(None, "the swarm in ROS 2; this table enables it")
+    sim: Sim = key(Sim(), "the network of `flockwire sim`")
+    hosts: dict[HostName, Host] = key({"local": Host()}, "the machines")
+    folder: SkipJsonSchema[str] = Field("", repr=False, exclude=True)  # of the file, where an own law is searched
 
     @field_validator("airframes", mode="before")
     @classmethod
@@ -232,10 +228,15 @@ class Swarm(Model):
         return ("", *self.formations)
 
     @cached_property
+    def formation_keys(self) -> dict[str, str]:
+        """The keys of the file's formations, by their names in orders."""
+        first = {} if self.formation is None else {"": "formation"}
+        return first | {name: f"formations.{name}" for name in self.formations}
+
+    @cached_property
     def auctioned(self) -> frozenset[str]:
         """The names of the formations whose places the followers share out by an auction."""
-        first = self.formation is not None or DEFAULT_FORMATION in self.formations
-        names = self.formation_names if first else tuple(self.formations)
+        names = {*self.formation_keys, *([""] if DEFAULT_FORMATION in self.formations else [])}
         return frozenset(name for name in names if self.formation_table(name).assignment == "auction")
 
     def survey(self, name: str = "", duration: float = SURVEY_HORIZON) -> Survey:

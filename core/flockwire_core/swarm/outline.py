@@ -1,178 +1,169 @@
-"""The keys of a TOML file from its models: place, allowed values, and the comment after each field.
+"""The keys of a TOML file from the JSON Schema of its models: places, defaults, allowed values, meanings.
 
-Pages, schemas and refusals use them, so a key is described in one place: the field of its model.
+Pages, editors, `flockwire init` and refusals use it, so a key is described in one place: the field of its model.
 """
 
 from __future__ import annotations
 
-import ast
-import inspect
-import io
-import re
-import sys
-import tokenize
 from collections.abc import Iterator
-from functools import cache
-from types import NoneType, UnionType
-from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel
-from pydantic.fields import FieldInfo
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 
-UNITS = ("m", "s", "m/s", "m/s^2", "rad", "rad/s", "1/s", "Hz", "s per s", "degrees", "%")
+from flockwire_core.swarm.wording import one_of, shown
 
-
-class Place(NamedTuple):
-    """The target of a location in a model: the keys on the way, and its type (None if unknown)."""
-
-    keys: tuple[str | int, ...]
-    kind: Any
-    metadata: tuple[Any, ...]
-
-    @property
-    def text(self) -> str:
-        """The dotted key, with list positions from 0."""
-        return ".".join(map(str, self.keys))
+Part = dict[str, Any]  # the JSON Schema of a value
+_SIMPLE = {"boolean": "true or false", "integer": "a whole number", "number": "a number", "string": "text in quotes"}
+_NUMBERS = {1: "one number", 2: "two numbers", 3: "three numbers [x, y, z]"}
 
 
-class Entry(NamedTuple):
-    """One key of a table: the table's dotted path, its models, its field."""
+class Key(NamedTuple):
+    """One key: the dotted path of its table (NAME is a name, N a position in a list), the table, name, value."""
 
-    table: str
-    model: type[BaseModel]
+    path: str
+    table: Part
     name: str
-    field: FieldInfo
+    part: Part
 
     @property
     def text(self) -> str:
         """The dotted key."""
-        return f"{self.table}.{self.name}" if self.table else self.name
+        return f"{self.path}.{self.name}" if self.path else self.name
+
+    @property
+    def unit(self) -> str:
+        """Its unit, empty if it has none."""
+        return str(self.part.get("unit", ""))
+
+    @property
+    def meaning(self) -> str:
+        """What it is."""
+        return str(self.part.get("description", ""))
+
+    @property
+    def default(self) -> str:
+        """Its default, in TOML form if it is a value."""
+        value = self.part.get("default")
+        if self.name in self.table.get("required", ()):
+            return "must be given"
+        if value is None:
+            return "none"
+        return "its own defaults" if isinstance(value, dict) and value else f"`{shown(value)}`"
 
 
-def plain(annotation: Any, metadata: tuple[Any, ...] = ()) -> tuple[Any, tuple[Any, ...]]:  # noqa: ANN401  (any type)
-    """Return a type without `Annotated` and without None, and all metadata on the way."""
-    while True:
-        if get_origin(annotation) is Annotated:
-            annotation, *more = get_args(annotation)
-            metadata += tuple(more)
-        elif get_origin(annotation) in (Union, UnionType):
-            members = [member for member in get_args(annotation) if member is not NoneType]
-            if len(members) > 1:
-                return Union[tuple(members)], metadata  # noqa: UP007  (made of a tuple)
-            annotation = members[0]
-        else:
-            return annotation, metadata
+class _Generator(GenerateJsonSchema):
+    """Keeps the order of the models; accepts types of a user's model that JSON does not have."""
 
+    def sort(self, value: JsonSchemaValue, parent_key: str | None = None) -> JsonSchemaValue:
+        return value
 
-def of_field(field: FieldInfo) -> tuple[Any, tuple[Any, ...]]:
-    """Return the plain type of a field, and its metadata."""
-    kind, metadata = plain(field.annotation, tuple(field.metadata))
-    return kind, (field, *metadata)
-
-
-def kinds(annotation: Any) -> dict[str, type[BaseModel]]:  # noqa: ANN401  (any type)
-    """Return the models of a union with the discriminator `kind`, by kind; empty for any other type."""
-    if get_origin(annotation) not in (Union, UnionType):
+    def handle_invalid_for_json_schema(self, schema: Any, error_info: str) -> JsonSchemaValue:  # noqa: ANN401
         return {}
-    found = {}
-    for member in get_args(annotation):
-        field = member.model_fields.get("kind") if is_model(member) else None
-        if field is None or get_origin(field.annotation) is not Literal:
-            return {}
-        found[str(get_args(field.annotation)[0])] = member
-    return found
 
 
-def is_model(annotation: Any) -> bool:  # noqa: ANN401  (any type)
-    """Return whether `annotation` is a model."""
-    return isinstance(annotation, type) and issubclass(annotation, BaseModel)
+class Outline:
+    """The keys of the files that `model` describes."""
+
+    def __init__(self, model: type[BaseModel]) -> None:
+        self.top: Part = model.model_json_schema(schema_generator=_Generator)
+
+    def plain(self, part: Part) -> Part:
+        """Return a schema without its alternative null; that of a table has the table's keys and its `purpose`."""
+        given = [one for one in part.get("anyOf", ()) if one != {"type": "null"}]
+        if len(given) == 1:
+            part = given[0] | {key: value for key, value in part.items() if key != "anyOf"}
+        if "$ref" not in part:
+            return part
+        table = self.top["$defs"][part["$ref"].rpartition("/")[2]]
+        return {**table, "purpose": table.get("description", ""), **part}
+
+    def kinds(self, part: Part) -> dict[str, Part]:
+        """Return the tables of a value that has several kinds, by kind; else none."""
+        names = part.get("discriminator", {}).get("mapping", {})
+        return {kind: self.plain({"$ref": name}) for kind, name in names.items()}
+
+    def entries(self, table: Part | None = None, path: str = "") -> Iterator[Key]:
+        """Yield every key below a table (default: the file), in the file's order."""
+        table = self.top if table is None else table
+        found = [Key(path, table, name, part) for name, part in table.get("properties", {}).items()]
+        yield from found
+        for key in found:
+            for suffix, inner in self._tables(key.part):
+                yield from self.entries(inner, key.text + suffix)
+
+    def _tables(self, part: Part) -> Iterator[tuple[str, Part]]:
+        """Yield the tables in a value, each with the path between."""
+        part = self.plain(part)
+        if "properties" in part:
+            yield "", part
+        for kind in self.kinds(part).values():
+            yield "", kind
+        for inner, suffix in ((part.get("additionalProperties"), ".NAME"), (part.get("items"), ".N")):
+            if isinstance(inner, dict):
+                yield from ((suffix + rest, table) for rest, table in self._tables(inner))
+
+    def at(self, location: tuple[str | int, ...]) -> tuple[tuple[str | int, ...], Part]:
+        """Return the keys of an error's location, and the schema there ({} if unknown).
+
+        The kind of a table, and pydantic's names of alternatives, are no keys of the file.
+        """
+        keys: list[str | int] = []
+        part = self.top
+        for step in location:
+            kinds = self.kinds(part)
+            if step in kinds:
+                part = kinds[str(step)]
+            elif "anyOf" not in part and step != "[key]":
+                keys.append(step)
+                part = self.plain(_inside(part, step))
+        return tuple(keys), part
+
+    def takes(self, part: Part) -> str:
+        """Return the allowed values, to follow `must be`; empty if unknown."""
+        part = self.plain(part)
+        kind = part.get("type")
+        if "takes" in part:
+            return str(part["takes"])
+        if words := part.get("enum") or self.kinds(part) or [one for key, one in part.items() if key == "const"]:
+            return ("a table whose kind is " if "discriminator" in part else "") + one_of(map(str, words))
+        if kind == "array":
+            return self._list(part)
+        if kind != "object":
+            return _bounded(_SIMPLE.get(kind or "", ""), part)
+        named = any(suffix == ".NAME" for suffix, _ in self._tables(part))
+        return "a table of tables, each with a name" if named else "a table, { … }"
+
+    def _list(self, part: Part) -> str:
+        """Return the text of a list."""
+        fixed = part.get("prefixItems")
+        if fixed:
+            numbers = self.plain(fixed[0]).get("type") == "number"
+            return _NUMBERS[len(fixed)] if numbers else f"a list of {len(fixed)}"
+        least = " with one item at least" if "minItems" in part else ""
+        most = f" of up to {part['maxItems']} items" if "maxItems" in part else ""
+        inner = self.takes(part.get("items", {}))
+        return f"a list{least}{most}" + (f", each item {inner}" if inner else "")
 
 
-def place(model: type[BaseModel], location: tuple[str | int, ...]) -> Place:
-    """Follow a location of a validation error; the kind of a table in it is not a key of the file."""
-    keys: list[str | int] = []
-    kind: Any = model
-    metadata: tuple[Any, ...] = ()
-    for part in location:
-        members = kinds(kind)
-        if members and part in members:
-            kind, metadata = members[str(part)], ()
-            continue
-        keys.append(part)
-        kind, metadata = _inside(kind, part)
-    return Place(tuple(keys), kind, metadata)
+def _inside(part: Part, step: str | int) -> Part:
+    """Return the schema of a key or an item of `part`, {} if it has none."""
+    if isinstance(step, int):
+        fixed = part.get("prefixItems", ())
+        found = fixed[step] if step < len(fixed) else part.get("items")
+    else:
+        found = part.get("properties", {}).get(step, part.get("additionalProperties"))
+    return found if isinstance(found, dict) else {}
 
 
-def _inside(kind: Any, part: str | int) -> tuple[Any, tuple[Any, ...]]:  # noqa: ANN401  (any type)
-    """Return the type at `part` of a type, None if unknown."""
-    if is_model(kind):
-        named = {field.alias or name: field for name, field in kind.model_fields.items()}
-        return of_field(named[str(part)]) if part in named else (None, ())
-    arguments = get_args(kind)
-    if get_origin(kind) is dict:
-        return plain(arguments[1])
-    if get_origin(kind) is tuple and isinstance(part, int):
-        if arguments[-1] is Ellipsis:
-            return plain(arguments[0])
-        return plain(arguments[part]) if part < len(arguments) else (None, ())
-    return None, ()
-
-
-def entries(model: type[BaseModel], table: str = "") -> Iterator[Entry]:
-    """Yield every key below a model, in the file's order; NAME means a name, N a position in a list."""
-    inner: list[tuple[str, type[BaseModel]]] = []
-    for name, field in model.model_fields.items():
-        if field.exclude or field.repr is False:
-            continue
-        entry = Entry(table, model, field.alias or name, field)
-        yield entry
-        inner += [(entry.text + suffix, found) for suffix, found in _tables(of_field(field)[0])]
-    for path, found in inner:
-        yield from entries(found, path)
-
-
-def _tables(kind: Any) -> list[tuple[str, type[BaseModel]]]:  # noqa: ANN401  (any type)
-    """Return the models of a type, each with the path between."""
-    if is_model(kind):
-        return [("", kind)]
-    if members := kinds(kind):
-        return [("", member) for member in members.values()]
-    if get_origin(kind) is dict:
-        return [(f".NAME{suffix}", found) for suffix, found in _tables(plain(get_args(kind)[1])[0])]
-    if get_origin(kind) is tuple:
-        return [(f".N{suffix}", found) for suffix, found in _tables(plain(get_args(kind)[0])[0])]
-    return []
-
-
-def explanation(model: type[BaseModel], name: str) -> tuple[str, str]:
-    """Return unit and meaning of a field from the comment after it: `# m/s, its speed`."""
-    for owner in model.__mro__[: model.__mro__.index(BaseModel)]:
-        comments = _comments(owner.__module__).get(owner.__name__, {})
-        if name in comments:
-            first, _, rest = comments[name].partition(", ")
-            return (first, rest) if first in UNITS else ("", comments[name])
-    return "", ""
-
-
-_LINTERS = re.compile(r"# noqa[^#]*")  # a comment for the linter
-
-
-@cache
-def _comments(module: str) -> dict[str, dict[str, str]]:
-    """Return the comments after the fields of each class of a module."""
-    source = inspect.getsource(sys.modules[module])
-    tokens = tokenize.generate_tokens(io.StringIO(source).readline)
-    comments = ((token.start[0], _LINTERS.sub("", token.string)) for token in tokens if token.type == tokenize.COMMENT)
-    by_line = {line: comment.lstrip("# ") for line, comment in comments}
-    found: dict[str, dict[str, str]] = {}
-    for node in ast.parse(source).body:
-        if isinstance(node, ast.ClassDef):
-            found[node.name] = {
-                line.target.id: comment
-                for line in node.body
-                if isinstance(line, ast.AnnAssign) and isinstance(line.target, ast.Name)
-                for number in range(line.lineno, 1 + (line.end_lineno or line.lineno))
-                for comment in [by_line.get(number)]
-                if comment
-            }
-    return found
+def _bounded(what: str, part: Part) -> str:
+    """Return `what` with its bounds."""
+    if "minimum" in part and "maximum" in part:
+        return f"{what} from {part['minimum']:g} to {part['maximum']:g}"
+    words = {
+        "exclusiveMinimum": "above {:g}",
+        "minimum": "of {:g} or more",
+        "exclusiveMaximum": "below {:g}",
+        "maximum": "of {:g} or less",
+    }
+    return f"{what} {' and '.join(text.format(part[key]) for key, text in words.items() if key in part)}".strip()

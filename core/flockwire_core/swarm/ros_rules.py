@@ -8,54 +8,51 @@ from collections.abc import Iterator
 from flockwire_core.control.graph import LEADER
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.swarm.ros import namespace_of
-from flockwire_core.swarm.rules import Rule, needs
+from flockwire_core.swarm.rules import Rule
+from flockwire_core.swarm.validation import Problem
 
 
-@needs("leader", "ros")
-def _leader(swarm: Swarm) -> Iterator[str]:
+def _leader(swarm: Swarm) -> Iterator[Problem]:
     if swarm.leader.follows_ros and swarm.ros is None:
-        yield "leader.kind = 'ros': needs a table [ros], whose process receives leader.ros.topic"
+        yield Problem("leader.kind", "needs a table [ros], whose process receives leader.ros.topic")
 
 
-@needs("leader", "ros", "drones.id")
-def _own_topics(swarm: Swarm) -> Iterator[str]:
+def _own_topics(swarm: Swarm) -> Iterator[Problem]:
     """Yield topics to be received that the swarm publishes itself: it would follow itself."""
     if swarm.ros is None:
         return
     own = namespace_of(swarm.name, swarm.ros).rstrip("/")
     if swarm.leader.follows_ros and swarm.leader.ros.topic.startswith(f"{own}/{uav(LEADER)}/"):
-        yield f"leader.ros.topic = {swarm.leader.ros.topic!r}: must not be a topic that this swarm publishes"
+        yield Problem("leader.ros.topic", "must not be a topic that this swarm publishes")
     table = swarm.gateway.ros
     if not swarm.gateway.from_ros or table.domain != swarm.ros.domain:
         return
     for i in swarm.tracked:
         theirs = table.array or table.topic.replace("{body}", str(swarm.body(i)))
         if theirs == f"{own}/{uav(i)}/pose":
-            yield f"gateway.ros.topic = {table.topic!r}: must not be a topic that this swarm publishes, {theirs}"
+            yield Problem("gateway.ros.topic", f"must not be a topic that this swarm publishes, {theirs}")
 
 
-@needs("gateway", "drones", "tracked_obstacles")
-def _bodies(swarm: Swarm) -> Iterator[str]:
+def _bodies(swarm: Swarm) -> Iterator[Problem]:
     table = swarm.gateway.ros
     if not swarm.gateway.from_ros:
         return
     for i in swarm.tracked:
         body = str(swarm.body(i))
         if table.array is None and not re.fullmatch(r"\w+", body):
-            yield f"gateway.ros.topic = {table.topic!r}: body {body!r} of {uav(i)} cannot be part of a topic"
+            yield Problem("gateway.ros.topic", f"body {body!r} of {uav(i)} cannot be part of a topic")
         if table.array is not None and table.bodies and body not in table.bodies:
-            yield f"gateway.ros.bodies = {list(table.bodies)}: must have body {body!r} of {uav(i)}"
+            yield Problem("gateway.ros.bodies", f"must have body {body!r} of {uav(i)}")
     for body in {body for body in table.bodies if table.bodies.count(body) > 1}:
-        yield f"gateway.ros.bodies = {list(table.bodies)}: has {body!r} twice"
+        yield Problem("gateway.ros.bodies", f"has {body!r} twice")
 
 
-@needs("ros", "formations")
-def _services(swarm: Swarm) -> Iterator[str]:
+def _services(swarm: Swarm) -> Iterator[Problem]:
     if swarm.ros is None:
         return
     for name in swarm.formations:
         if "formation" in swarm.ros.orders and not re.fullmatch(r"[A-Za-z_]\w*", name):
-            yield f"formations.{name}: must be letters, digits and _, because ros.orders has it as a service"
+            yield Problem(f"formations.{name}", "must be letters, digits and _, because ros.orders has it as a service")
 
 
 RULES: tuple[Rule, ...] = (_leader, _own_topics, _bodies, _services)

@@ -2,16 +2,86 @@
 
 from __future__ import annotations
 
+import ipaddress
 import json
+import re
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from math import inf
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, JsonValue, WithJsonSchema, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    JsonValue,
+    WithJsonSchema,
+    model_validator,
+)
+from pydantic.json_schema import SkipJsonSchema
 
 from flockwire_core.control.fence import Room
 from flockwire_core.domain.body import Separation
-from flockwire_core.swarm.wording import Takes
+
+
+def key(default: Any, meaning: str, unit: str = "", **bounds: Any) -> Any:  # noqa: ANN401  (as pydantic's Field)
+    """Return the field of a key: its default (... for none), what it is, its unit, and bounds as of pydantic's Field.
+
+    Refusals, pages and editors use all four.
+    """
+    return Field(default, description=meaning, json_schema_extra={"unit": unit} if unit else None, **bounds)
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """Metadata of a type: a value must be `text`, which `has` tests."""
+
+    text: str
+    has: Callable[[Any], object]
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:  # noqa: ANN401  (pydantic's)
+        return AfterValidator(self._tested).__get_pydantic_core_schema__(source, handler)
+
+    def __get_pydantic_json_schema__(self, core: Any, handler: Any) -> dict[str, Any]:  # noqa: ANN401  (pydantic's)
+        return {**handler(core), "takes": self.text}
+
+    def _tested(self, value: object) -> object:
+        if not self.has(value):
+            raise ValueError(f"must be {self.text}")
+        return value
+
+
+def _is_ip(text: str) -> bool:
+    try:
+        ipaddress.ip_address(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _is_ip4(text: str) -> bool:
+    return ":" not in text and _is_ip(text)
+
+
+def _is_host(text: str) -> bool:
+    return _is_ip4(text) and not ipaddress.ip_address(text).is_multicast
+
+
+def _is_group(text: str) -> bool:
+    return _is_ip4(text) and ipaddress.ip_address(text).is_multicast
+
+
+def _is_endpoint(text: str) -> bool:
+    found = re.fullmatch(r"(?:\[(?P<v6>[^]]+)\]|(?P<v4>[^:]+)):(?P<port>[0-9]{4,5})", text)
+    return (
+        found is not None and _is_ip(found["v6"] or found["v4"]) and LOWEST_PORT <= int(found["port"]) <= HIGHEST_PORT
+    )
+
+
+Item = TypeVar("Item")
+LOWEST_PORT, HIGHEST_PORT = 1024, 65535
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -22,9 +92,29 @@ Lag = Annotated[float, Field(ge=0, le=10, allow_inf_nan=False)]  # s
 Margin = Annotated[float, Field(ge=0, le=10, allow_inf_nan=False)]  # m
 Size = Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)]  # m
 Probability = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
-Point = tuple[Finite, Finite, Finite]
-Port = Annotated[int, Field(ge=1024, le=65535)]
-Corner = tuple[Finite, Finite]
+Items = Annotated[tuple[Item, ...], Field(strict=False)]  # TOML has lists
+Point = Annotated[tuple[Finite, Finite, Finite], Field(strict=False)]
+Corner = Annotated[tuple[Finite, Finite], Field(strict=False)]
+Port = Annotated[int, Field(ge=LOWEST_PORT, le=HIGHEST_PORT)]
+Word = Annotated[
+    str,
+    Form(
+        "a letter followed by letters, digits and _ (it becomes part of ROS 2 topics)",
+        re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}").fullmatch,
+    ),
+]
+HostName = Annotated[
+    str,
+    Form(
+        "a host name: letters, digits and hyphens, at most 63",
+        re.compile(r"[A-Za-z0-9]([A-Za-z0-9-]{0,61}[A-Za-z0-9])?").fullmatch,
+    ),
+]
+Ip = Annotated[str, Form("an IP address", _is_ip)]
+Ip4 = Annotated[str, Form("an IPv4 address", _is_ip4)]
+HostIp4 = Annotated[str, Form("an IPv4 address of one host", _is_host)]
+GroupIp4 = Annotated[str, Form("a multicast address, 224.0.0.0 to 239.255.255.255", _is_group)]
+Endpoint = Annotated[str, Form(f"IP:PORT, PORT from {LOWEST_PORT} to {HIGHEST_PORT} (IPv6: [IP]:PORT)", _is_endpoint)]
 
 
 def _edge(ends: object) -> tuple[int, int, float]:
@@ -39,8 +129,15 @@ def _edge(ends: object) -> tuple[int, int, float]:
 Edge = Annotated[
     tuple[int, int, float],
     BeforeValidator(_edge),
-    Takes("[from, to] or [from, to, weight]"),
-    WithJsonSchema({"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 3}),
+    WithJsonSchema(
+        {
+            "type": "array",
+            "items": {"type": "number"},
+            "minItems": 2,
+            "maxItems": 3,
+            "takes": "[from, to] or [from, to, weight]",
+        }
+    ),
 ]
 
 
@@ -62,14 +159,16 @@ class Parameters(Model):
 class Control(Model):
     """The control law, the gains of the formation tracking protocol (9), and the safety filter round it."""
 
-    rate_hz: Annotated[int, Field(ge=10, le=500)] = 100  # Hz, of control steps
-    law: str = "extended"  # "extended", "paper" or your own, "file.py:ClassName" or "package.module:ClassName"
-    parameters: dict[str, JsonValue] = Field(default={})  # those of your own law
-    formation_gain: Positive = 3.0  # 1/s, K: gain towards the follower's place
-    compensation_gain: NotNegative = 0.2  # m/s, phi: compensates the leader's unknown motion (law "paper")
-    compensation_smoothing: Size = 0.01  # m, epsilon: width of the soft sign behind it (law "paper")
-    disturbance: NotNegative = 0.0  # m/s, most that pilots estimate and compensate: wind, a wrong gain (safety filter)
-    safety_filter: bool | None = None  # whether it is used; default: with every law but "paper"
+    rate_hz: int = key(100, "of control steps", "Hz", ge=10, le=500)
+    law: str = key("extended", '"extended", "paper" or your own, "file.py:ClassName" or "package.module:ClassName"')
+    parameters: dict[str, JsonValue] = key({}, "those of your own law")
+    formation_gain: Positive = key(3.0, "K: gain towards the follower's place", "1/s")
+    compensation_gain: NotNegative = key(0.2, 'phi: compensates the leader\'s unknown motion (law "paper")', "m/s")
+    compensation_smoothing: Size = key(0.01, 'epsilon: width of the soft sign behind it (law "paper")', "m")
+    disturbance: NotNegative = key(
+        0.0, "most that pilots estimate and compensate: wind, a wrong gain (safety filter)", "m/s"
+    )
+    safety_filter: bool | None = key(None, 'whether it is used; default: with every law but "paper"')
 
     @property
     def own_law(self) -> bool:
@@ -85,27 +184,27 @@ class Control(Model):
 class Observer(Model):
     """The fixed-time observer (8)."""
 
-    step: Literal["implicit", "explicit"] = "implicit"  # of the integration (law "paper"; "extended" is implicit)
-    gain: Positive = 3.0  # m/s, mu
-    exponent: Annotated[float, Field(gt=1, allow_inf_nan=False)] = 1.5  # p
-    velocity_time_constant: Age = 0.15  # s, of the filter behind the published velocity estimate (law "paper")
-    leader_time_constant: Age | None = None  # s, of the tracker of the leader's velocity; default: by the depth
+    step: Literal["implicit", "explicit"] = key("implicit", 'of the integration (law "paper"; "extended" is implicit)')
+    gain: Positive = key(3.0, "mu", "m/s")
+    exponent: float = key(1.5, "p", gt=1, allow_inf_nan=False)
+    velocity_time_constant: Age = key(0.15, 'of the filter behind the published velocity estimate (law "paper")', "s")
+    leader_time_constant: Age | None = key(None, "of the tracker of the leader's velocity; default: by the depth", "s")
 
 
 class Avoidance(Model):
     """The repulsive potentials of (9), the sensing, and the required distances."""
 
-    sensing: Literal["nearby", "neighbours"] = "nearby"  # all nearby bodies, or only the neighbours' poses
-    sensing_radius: Positive = 1.5  # m, within which bodies are sensed
-    drone_gain: NotNegative = 0.3  # K_uav, of the potentials (law "paper")
-    obstacle_gain: NotNegative = 0.5  # K_obs, of the potentials (law "paper")
-    drone_influence_radius: Size = 0.5  # m, rho_uav: distance below which a drone repels
-    obstacle_influence_radius: Size = 0.5  # m, rho_obs, from the obstacle's surface
-    drone_safety_distance: Size = 0.4  # m, r_safe_uav: minimum between centres
-    obstacle_safety_distance: Size = 0.3  # m, r_safe_obs: minimum from the obstacle's surface
-    margin: Margin = 0.03  # m, added to both by the safety filter, for noise and model errors
-    barrier_rate: Positive = 5.0  # 1/s, alpha: rate at which the safety filter lets a gap close
-    sidestep_reach: Size = 0.2  # m, gap below which a drone sidesteps
+    sensing: Literal["nearby", "neighbours"] = key("nearby", "all nearby bodies, or only the neighbours' poses")
+    sensing_radius: Positive = key(1.5, "within which bodies are sensed", "m")
+    drone_gain: NotNegative = key(0.3, 'K_uav, of the potentials (law "paper")')
+    obstacle_gain: NotNegative = key(0.5, 'K_obs, of the potentials (law "paper")')
+    drone_influence_radius: Size = key(0.5, "rho_uav: distance below which a drone repels", "m")
+    obstacle_influence_radius: Size = key(0.5, "rho_obs, from the obstacle's surface", "m")
+    drone_safety_distance: Size = key(0.4, "r_safe_uav: minimum between centres", "m")
+    obstacle_safety_distance: Size = key(0.3, "r_safe_obs: minimum from the obstacle's surface", "m")
+    margin: Margin = key(0.03, "added to both by the safety filter, for noise and model errors", "m")
+    barrier_rate: Positive = key(5.0, "alpha: rate at which the safety filter lets a gap close", "1/s")
+    sidestep_reach: Size = key(0.2, "gap below which a drone sidesteps", "m")
 
     @property
     def safe(self) -> Separation:
@@ -121,12 +220,12 @@ class Avoidance(Model):
 class Fence(Model):
     """The room that no drone may leave: a box, and optionally a polygon in it."""
 
-    min: Point | None = None  # m, the lowest corner of the box; else [-10, -10, -0.5], or the polygon's
-    max: Point | None = None  # m, the highest corner of the box; else [10, 10, 3], or the polygon's
-    polygon: tuple[Corner, ...] = ()  # m, corners [x, y] in order, convex or not
-    floor: Finite | None = None  # m, in place of min's height
-    ceiling: Finite | None = None  # m, in place of max's height
-    margin: Size = 0.5  # m, distance outside at which a drone lands
+    min: Point | None = key(None, "the lowest corner of the box; else [-10, -10, -0.5], or the polygon's", "m")
+    max: Point | None = key(None, "the highest corner of the box; else [10, 10, 3], or the polygon's", "m")
+    polygon: Items[Corner] = key((), "corners [x, y] in order, convex or not", "m")
+    floor: Finite | None = key(None, "in place of min's height", "m")
+    ceiling: Finite | None = key(None, "in place of max's height", "m")
+    margin: Size = key(0.5, "distance outside at which a drone lands", "m")
 
     @property
     def low(self) -> Point:
@@ -154,39 +253,43 @@ class Fence(Model):
 class Staleness(Model):
     """Ages of inputs, in seconds, at which the agent or the driver reacts."""
 
-    pose_zero: Age = 0.1  # s, age of the own pose at which a drone stops
-    pose_land: Age = 1.0  # s, age of the own pose at which it lands
-    estimate_drop: Age = 0.3  # s, age at which a neighbour's estimate is ignored
-    estimates_hold: Age = 1.0  # s, time without any neighbour's estimate: hold
-    estimates_land: Age = 5.0  # s, time without any neighbour's estimate: land
-    leader_silent: Age = 1.0  # s, without the leader's status (tracked leader: pose), after which it counts as down
-    leader_land: Age = 5.0  # s, after the leader is down, its followers land
-    steering_stop: Age = 0.3  # s, age of the steering command at which a teleoperated leader stops
-    nearby_slow: Age = 0.1  # s, age of the nearby bodies at which a drone slows to limits.blind_speed
-    nearby_hold: Age = 0.5  # s, age of the nearby bodies at which it holds
-    command_zero: Age = 0.2  # s, age of the command at which the driver stops the drone
-    command_land: Age = 1.0  # s, age of the command at which the driver lands the drone
-    telemetry_warn: Age = 1.0  # s, age of the drone's telemetry at which its status reports it
-    telemetry_land: Age = 3.0  # s, age of the drone's telemetry at which it lands
+    pose_zero: Age = key(0.1, "age of the own pose at which a drone stops", "s")
+    pose_land: Age = key(1.0, "age of the own pose at which it lands", "s")
+    estimate_drop: Age = key(0.3, "age at which a neighbour's estimate is ignored", "s")
+    estimates_hold: Age = key(1.0, "time without any neighbour's estimate: hold", "s")
+    estimates_land: Age = key(5.0, "time without any neighbour's estimate: land", "s")
+    leader_silent: Age = key(
+        1.0, "without the leader's status (tracked leader: pose), after which it counts as down", "s"
+    )
+    leader_land: Age = key(5.0, "after the leader is down, its followers land", "s")
+    steering_stop: Age = key(0.3, "age of the steering command at which a teleoperated leader stops", "s")
+    nearby_slow: Age = key(0.1, "age of the nearby bodies at which a drone slows to limits.blind_speed", "s")
+    nearby_hold: Age = key(0.5, "age of the nearby bodies at which it holds", "s")
+    command_zero: Age = key(0.2, "age of the command at which the driver stops the drone", "s")
+    command_land: Age = key(1.0, "age of the command at which the driver lands the drone", "s")
+    telemetry_warn: Age = key(1.0, "age of the drone's telemetry at which its status reports it", "s")
+    telemetry_land: Age = key(3.0, "age of the drone's telemetry at which it lands", "s")
 
 
 class Limits(Model):
     """Speeds, heights, battery, fence and the staleness ladder."""
 
-    speed: Positive = 3.0  # m/s, of every drone
-    acceleration: Positive = 10.0  # m/s^2, of commands (safety filter)
-    floor: Finite = 0.15  # m, lowest height except for landing (safety filter)
-    blind_speed: Positive = 0.5  # m/s, while the nearby bodies are stale
-    takeoff_height: Positive = 1.0  # m, above the start, of take-off
-    vertical_speed: Positive = 0.7  # m/s, of take-off and landing
-    start_tolerance: Size = 0.2  # m, of a drone's position before its first flight
-    disagreement: Size = 0.3  # m, between the estimates of a follower's neighbours (all laws but "paper")
-    body_drift: Positive = 1.5  # m/s, of a tracked body apart from its commands: the strongest wind; above it lands
-    clock_offset_bound: Delay = 0.05  # s, largest uncertainty of a process's clock offset
-    battery_takeoff: Probability = 0.2  # share of the battery below which no drone takes off
-    battery_land: Probability = 0.1  # share of the battery below which a drone lands
-    fence: Fence = Fence()  # the room that no drone may leave
-    staleness: Staleness = Staleness()  # maximum ages of inputs
+    speed: Positive = key(3.0, "of every drone", "m/s")
+    acceleration: Positive = key(10.0, "of commands (safety filter)", "m/s^2")
+    floor: Finite = key(0.15, "lowest height except for landing (safety filter)", "m")
+    blind_speed: Positive = key(0.5, "while the nearby bodies are stale", "m/s")
+    takeoff_height: Positive = key(1.0, "above the start, of take-off", "m")
+    vertical_speed: Positive = key(0.7, "of take-off and landing", "m/s")
+    start_tolerance: Size = key(0.2, "of a drone's position before its first flight", "m")
+    disagreement: Size = key(0.3, 'between the estimates of a follower\'s neighbours (all laws but "paper")', "m")
+    body_drift: Positive = key(
+        1.5, "of a tracked body apart from its commands: the strongest wind; above it lands", "m/s"
+    )
+    clock_offset_bound: Delay = key(0.05, "largest uncertainty of a process's clock offset", "s")
+    battery_takeoff: Probability = key(0.2, "share of the battery below which no drone takes off")
+    battery_land: Probability = key(0.1, "share of the battery below which a drone lands")
+    fence: Fence = key(Fence(), "the room that no drone may leave")
+    staleness: Staleness = key(Staleness(), "maximum ages of inputs")
 
 
 BOUNDED = ("formation_tail", "observation_tail", "fence", "control_rate")  # checks that are named as their bounds
@@ -198,30 +301,30 @@ class Checks(Model):
     A check is switched off by its name: `NAME = false`, also in place of a bound.
     """
 
-    formation_tail: Size = 0.1  # m, formation error in the last 30 % of each formation phase
-    observation_tail: Size = 0.1  # m, observation error in the same part
-    settle_within: Positive = 20.0  # s, from the formation's time 0
-    off_place: Age = 5.0  # s, longest time off its place for a follower, after all have settled
-    fence: Margin = 0.1  # m, largest distance of a flying drone outside limits.fence
-    landing_radius: Size = 0.5  # m, horizontal distance between begin and end of a landing
-    control_rate: Probability = 0.95  # share of its steps that the slowest agent must make in the formation phases
-    recording_gap: Age = 0.5  # s, longest gap in a recorded topic
-    separation: bool = True  # whether this check judges, as those below
-    obstacle_clearance: bool = True  # likewise
-    speed: bool = True  # likewise
-    emergency_stop: bool = True  # likewise
-    laws_that_failed: bool = True  # likewise
-    contradictions: bool = True  # likewise
-    formation_settled: bool = True  # likewise: whether the followers ever reach their places
-    formation_kept: bool = True  # likewise: whether they stay there
-    places: bool = True  # likewise
-    on_the_ground_in_formation: bool = True  # likewise
-    lost_drones: bool = True  # likewise
-    conformance: bool = True  # likewise
-    landed: bool = True  # likewise
-    recording: bool = True  # likewise
-    lost_messages: bool = True  # likewise
-    unbound: Annotated[tuple[str, ...], Field(repr=False)] = ()  # checks whose bound is false
+    formation_tail: Size = key(0.1, "formation error in the last 30 % of each formation phase", "m")
+    observation_tail: Size = key(0.1, "observation error in the same part", "m")
+    settle_within: Positive = key(20.0, "from the formation's time 0", "s")
+    off_place: Age = key(5.0, "longest time off its place for a follower, after all have settled", "s")
+    fence: Margin = key(0.1, "largest distance of a flying drone outside limits.fence", "m")
+    landing_radius: Size = key(0.5, "horizontal distance between begin and end of a landing", "m")
+    control_rate: Probability = key(0.95, "share of its steps that the slowest agent must make in the formation phases")
+    recording_gap: Age = key(0.5, "longest gap in a recorded topic", "s")
+    separation: bool = key(True, "whether this check judges, as those below")
+    obstacle_clearance: bool = key(True, "likewise")
+    speed: bool = key(True, "likewise")
+    emergency_stop: bool = key(True, "likewise")
+    laws_that_failed: bool = key(True, "likewise")
+    contradictions: bool = key(True, "likewise")
+    formation_settled: bool = key(True, "likewise: whether the followers ever reach their places")
+    formation_kept: bool = key(True, "likewise: whether they stay there")
+    places: bool = key(True, "likewise")
+    on_the_ground_in_formation: bool = key(True, "likewise")
+    lost_drones: bool = key(True, "likewise")
+    conformance: bool = key(True, "likewise")
+    landed: bool = key(True, "likewise")
+    recording: bool = key(True, "likewise")
+    lost_messages: bool = key(True, "likewise")
+    unbound: SkipJsonSchema[Items[str]] = Field((), repr=False)  # checks whose bound is false
 
     @model_validator(mode="before")
     @classmethod
@@ -243,47 +346,47 @@ class Checks(Model):
 class GraphTable(Model):
     """Who receives from whom: `[from, to]` or `[from, to, weight]`; 0 is the leader."""
 
-    edges: tuple[Edge, ...]  # who receives from whom
+    edges: Items[Edge] = key(..., "who receives from whom")
 
 
 class Obstacle(Model):
     """An upright cylinder, endless unless it has a height; radius 0 is the paper's point."""
 
-    center: Point  # m, of the cylinder's foot
-    radius: NotNegative = 0.0  # m, 0 is the paper's point
-    height: Positive | None = None  # m, above the ground; default: endless
+    center: Point = key(..., "of the cylinder's foot", "m")
+    radius: NotNegative = key(0.0, "0 is the paper's point", "m")
+    height: Positive | None = key(None, "above the ground; default: endless", "m")
 
 
 class TrackedObstacle(Model):
     """An obstacle that moves: an upright cylinder round a body of the tracker, endless unless it has a height."""
 
-    body: str  # its name at the tracker
-    radius: Size  # m, round the body
-    height: Positive | None = None  # m, above the ground; default: endless
+    body: str = key(..., "its name at the tracker")
+    radius: Size = key(..., "round the body", "m")
+    height: Positive | None = key(None, "above the ground; default: endless", "m")
 
 
 class Network(Model):
     """The links; processes listen at ports from `base_port` on, and for the operator at ports below it."""
 
-    mode: Literal["peers", "router"] = "peers"  # processes dial each other, or all dial one router
-    security: Literal["mtls", "none"] = "mtls"  # "none" is for measurements on one machine
-    link: Literal["tls", "quic"] = "tls"  # "quic" carries state as datagrams, for radio links that lose packets
-    base_port: Annotated[int, Field(ge=1024, le=64000)] = 7450  # the first of the ports
+    mode: Literal["peers", "router"] = key("peers", "processes dial each other, or all dial one router")
+    security: Literal["mtls", "none"] = key("mtls", '"none" is for measurements on one machine')
+    link: Literal["tls", "quic"] = key("tls", '"quic" carries state as datagrams, for radio links that lose packets')
+    base_port: int = key(7450, "the first of the ports", ge=1024, le=64000)
 
 
 class Sim(Model):
     """The network and the clocks of `flockwire sim`; a real flight has its own."""
 
-    delay: Delay = 0.0003  # s, from sending to arrival
-    jitter: Delay = 0.0  # s, largest addition to the delay; a link keeps its order
-    loss: Probability = 0.0  # share of lost messages; events (orders, stops) are repeated instead
-    reordering: Probability = 0.0  # share of messages that arrive after later ones
-    clock_offset: Delay = 0.0  # s, largest offset of a process's clock, either sign
-    clock_drift: NotNegative = 0.0  # s per s, largest drift, either sign
+    delay: Delay = key(0.0003, "from sending to arrival", "s")
+    jitter: Delay = key(0.0, "largest addition to the delay; a link keeps its order", "s")
+    loss: Probability = key(0.0, "share of lost messages; events (orders, stops) are repeated instead")
+    reordering: Probability = key(0.0, "share of messages that arrive after later ones")
+    clock_offset: Delay = key(0.0, "largest offset of a process's clock, either sign", "s")
+    clock_drift: NotNegative = key(0.0, "largest drift, either sign", "s per s")
 
 
 class Host(Model):
     """One machine: its address, and its processes besides agents (by identity)."""
 
-    address: str = "127.0.0.1"  # the machine's IP address
-    processes: tuple[str, ...] = ()  # its processes besides agents, by identity
+    address: Ip = key("127.0.0.1", "the machine's IP address")
+    processes: Items[str] = key((), "its processes besides agents, by identity")

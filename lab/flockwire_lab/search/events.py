@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from functools import partial
 from typing import Annotated, Any, Literal
@@ -11,11 +10,11 @@ from flockwire_core.domain.time import nanoseconds
 from flockwire_core.ground.order import Order
 from flockwire_core.process.fault_file import parse_faults
 from flockwire_core.process.faults import ClockStep, Fault, Freeze
-from flockwire_core.swarm.reading import error_lines
-from flockwire_core.swarm.tables import Model, NotNegative, Positive
+from flockwire_core.swarm.tables import Items, Model, NotNegative, Positive
+from flockwire_core.swarm.validation import validate
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import CONSOLE, DRIVER, KINEMATICS, OPERATOR
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from flockwire_lab.fault_injection import refusal
 from flockwire_lab.search.record import Recorder
@@ -28,6 +27,9 @@ EVENTS = (STOP, TOLD_TO_END, STATION_FROZEN, STATION_LOST, SECOND_STATION)
 WORLD_ENDED = 2.0  # s from the end of the kinematics to that of the flight
 MOTORS_SEEN = 2.0  # s after a freeze of an airframe
 DOWN_FOR = 10  # looks, 0.1 s apart, at which all are down before a flight without an operator ends
+
+
+LaterOrder = Annotated[tuple[NotNegative, Literal["hold", "land", "start"]], Field(strict=False)]
 
 
 class _Event(Model):
@@ -64,24 +66,21 @@ class SecondStation(_Event):
     """Another station gives `orders`, each some s after the one before."""
 
     kind: Literal["second station"]
-    orders: Annotated[tuple[tuple[NotNegative, Literal["hold", "land", "start"]], ...], Field(min_length=1)]
+    orders: Annotated[Items[LaterOrder], Field(min_length=1)]
 
 
 Event = StopOrder | Retirement | StationFreeze | StationLoss | SecondStation
 
 
 class _File(Model):
-    faults: tuple[Annotated[Event, Field(discriminator="kind")], ...] = ()
+    faults: Items[Annotated[Event, Field(discriminator="kind")]] = ()
 
 
 def parse_events(tables: list[dict[str, Any]], plan: Plan, origin: str) -> tuple[tuple[Fault, ...], tuple[Event, ...]]:
     """Return the faults for the world, and the events; raises FaultFileError, StudyError for bad ones."""
     faults = parse_faults({"faults": [one for one in tables if one.get("kind") not in EVENTS]}, plan, origin)
     listed = [one for one in tables if one.get("kind") in EVENTS]
-    try:
-        events = _File.model_validate_json(json.dumps({"faults": listed}, default=str)).faults
-    except ValidationError as error:
-        raise StudyError("\n".join(f"{origin}: {line}" for line in error_lines(error, _File))) from None
+    events = validate(_File, {"faults": listed}, origin, StudyError).faults
     pilots = list(plan.pilots.values())
     for event in events:
         if isinstance(event, Retirement) and event.process not in plan.identities:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from flockwire_core.swarm.airframes import KINEMATICS
 from flockwire_core.swarm.model import Swarm
-from flockwire_core.swarm.tables import Finite
+from flockwire_core.swarm.tables import Finite, Items
 from flockwire_core.wire.plan import Plan
 from pydantic import Field, JsonValue
 
@@ -32,7 +32,7 @@ class SearchPlan(Study):
     mode: Mode = "safety"
     method: Literal["search", "draws"] = "search"
     any_faults: Annotated[int, Field(ge=0)] = 3  # at most, in a flight
-    kinds: tuple[str, ...] = ()  # of those; default: all, in the mode liveness all that end
+    kinds: Items[str] = ()  # of those; default: all, in the mode liveness all that end
 
     @property
     def fault_kinds(self) -> tuple[str, ...]:

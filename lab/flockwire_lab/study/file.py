@@ -22,7 +22,6 @@ probability = 0.5
 
 from __future__ import annotations
 
-import json
 from hashlib import blake2b
 from itertools import product
 from pathlib import Path
@@ -30,11 +29,14 @@ from random import Random
 from typing import Annotated, Any, TypeVar
 
 from flockwire_core.swarm.model import Swarm
-from flockwire_core.swarm.reading import error_lines, read_toml
-from flockwire_core.swarm.tables import Finite, Model, Positive, Probability
-from pydantic import Field, JsonValue, ValidationError, model_validator
+from flockwire_core.swarm.reading import read_toml
+from flockwire_core.swarm.tables import Corner, Items, Model, Positive, Probability
+from flockwire_core.swarm.validation import validate
+from pydantic import Field, JsonValue, model_validator
 
 GridPoint = tuple[tuple[str, JsonValue], ...]  # one combination of the grid: key, value
+PositivePair = Annotated[tuple[Positive, Positive], Field(strict=False)]
+Choice = Annotated[Items[JsonValue], Field(min_length=1)]
 KINDS = ("uniform", "log_uniform", "integer", "choice")
 
 
@@ -45,11 +47,11 @@ class StudyError(ValueError):
 class Starts(Model):
     """Each drone starts anywhere in a box, at its own height; m, between centres (obstacles: from the surface)."""
 
-    box: tuple[Positive, Positive]
-    centre: tuple[Finite, Finite] = (0.0, 0.0)
+    box: PositivePair
+    centre: Corner = (0.0, 0.0)
     spacing: Positive = 0.6
     obstacle_spacing: Positive = 0.6
-    fixed: tuple[int, ...] = ()  # drones that start as in the swarm file, such as the leader, 0
+    fixed: Items[int] = ()  # drones that start as in the swarm file, such as the leader, 0
 
 
 class RandomGraph(Model):
@@ -62,10 +64,10 @@ class RandomGraph(Model):
 class Draw(Model):
     """A random value: from a range with both ends, or from a list."""
 
-    uniform: tuple[Finite, Finite] | None = None
-    log_uniform: tuple[Positive, Positive] | None = None
-    integer: tuple[int, int] | None = None
-    choice: Annotated[tuple[JsonValue, ...], Field(min_length=1)] | None = None
+    uniform: Corner | None = None
+    log_uniform: PositivePair | None = None
+    integer: Annotated[tuple[int, int], Field(strict=False)] | None = None
+    choice: Choice | None = None
 
     @model_validator(mode="after")
     def _one_kind(self) -> Draw:
@@ -107,9 +109,9 @@ class Study(Model):
     duration: Annotated[float, Field(ge=1.0, allow_inf_nan=False)] = 20.0
     starts: Starts | None = None
     graph: RandomGraph | None = None
-    grid: dict[str, Annotated[tuple[JsonValue, ...], Field(min_length=1)]] = Field(default={})
+    grid: dict[str, Choice] = Field(default={})
     random: dict[str, Draw] = Field(default={})
-    faults: tuple[RandomFault, ...] = ()
+    faults: Items[RandomFault] = ()
 
     @model_validator(mode="after")
     def _once(self) -> Study:
@@ -143,10 +145,7 @@ def load_study(path: Path | None, options: dict[str, object], kind: type[Plan]) 
     """Read a file of a study, of `kind` (none: all defaults); `options` override its keys. Raises StudyError."""
     origin = str(path) if path is not None else "options"
     table = read_toml(path, "study", StudyError) if path is not None else {}
-    try:
-        return kind.model_validate_json(json.dumps(_spelled_out(table | options), default=str))
-    except ValidationError as error:
-        raise StudyError("\n".join(f"{origin}: {line}" for line in error_lines(error, kind))) from None
+    return validate(kind, _spelled_out(table | options), origin, StudyError)
 
 
 def _spelled_out(table: dict[str, Any]) -> dict[str, Any]:

@@ -8,14 +8,14 @@ from collections.abc import Iterator
 from itertools import islice
 from math import ceil, pi
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 from flockwire_core.control.formation import Circle
 from flockwire_core.swarm.airframes import KINEMATICS
 from flockwire_core.swarm.drones import AirframeKeys
 from flockwire_core.swarm.model import Swarm
-from flockwire_core.swarm.outline import Entry, entries, explanation, kinds, of_field
-from flockwire_core.swarm.schema import default, schema
+from flockwire_core.swarm.outline import Key, Outline
+from flockwire_core.swarm.schema import schema
 from flockwire_core.wire.processes import GATEWAY
 
 SPACING = 1.2  # m between neighbours on the circle
@@ -96,10 +96,10 @@ def _lines(given: Given, places: list[list[float]], world: tuple[str, ...]) -> I
     yield f"#:schema ./{SCHEMA}"
     yield "# A swarm. Lengths are m, times s, angles rad; the world frame is ENU with Z up."
     yield "# A key after a # has the shown default; remove the # to change it (and that of its [table])."
-    tables: dict[str, list[Entry]] = {}
-    for entry in entries(Swarm):
-        tables.setdefault(entry.table, []).append(entry)
-    tables[AIRFRAME] = [entry for entry in tables["airframes.NAME"] if entry.name in AIRFRAME_KEYS]
+    tables: dict[str, list[Key]] = {}
+    for key in Outline(Swarm).entries():
+        tables.setdefault(key.path, []).append(key)
+    tables[AIRFRAME] = [key for key in tables["airframes.NAME"] if key.name in AIRFRAME_KEYS]
     for table in sorted(tables, key=lambda table: FIRST.index(table) if table in FIRST else len(FIRST)):
         if table == "drones.N":
             yield from _drones(places)
@@ -111,45 +111,34 @@ def _lines(given: Given, places: list[list[float]], world: tuple[str, ...]) -> I
             yield from _table(table, _of_kind(tables[table], given.get(table, {})), given.get(table, {}))
 
 
-def _table(table: str, keys: list[Entry], given: dict[str, Any]) -> Iterator[str]:
+def _table(table: str, keys: list[Key], given: dict[str, Any]) -> Iterator[str]:
     shown_keys = list(_keys(keys, given))
     if not shown_keys:
         return
     yield ""
     if table:
-        purpose = re.split(r"[.:;,]", keys[0].model.__doc__ or "")[0]
+        purpose = re.split(r"[.:;,]", keys[0].table["purpose"])[0]
         yield f"{f'[{table}]' if given else f'# [{table}]':<{WIDTH}}# {purpose}"
     yield from shown_keys
 
 
-def _of_kind(keys: list[Entry], given: dict[str, Any]) -> list[Entry]:
+def _of_kind(keys: list[Key], given: dict[str, Any]) -> list[Key]:
     """Return the keys of the given kind of a table that has several."""
-    members = {get_args(entry.model.model_fields["kind"].annotation): entry.model for entry in keys if "kind" in given}
-    model = members.get((given.get("kind"),))
-    return [entry for entry in keys if model in (None, entry.model)]
+    return [key for key in keys if key.table["properties"].get("kind", {}).get("const") in (None, given.get("kind"))]
 
 
-def _keys(keys: list[Entry], given: dict[str, Any]) -> Iterator[str]:
-    for entry in keys:
-        unit, meaning = explanation(entry.model, entry.name)
-        if entry.name in given and entry.name == "kind":
+def _keys(keys: list[Key], given: dict[str, Any]) -> Iterator[str]:
+    for key in keys:
+        meaning = key.meaning
+        if key.name in given and key.name == "kind":
             meaning = "or another: docs/swarm_file.md"
-        if entry.name in given:
-            line = f"{entry.name} = {json.dumps(given[entry.name])}"
-        elif _valued(entry):
-            line = f"# {entry.name} = {default(entry).strip('`')}"
+        if key.name in given:
+            line = f"{key.name} = {json.dumps(given[key.name])}"
+        elif key.default.startswith("`") and key.default not in ("`{  }`", "`[]`"):
+            line = f"# {key.name} = {key.default.strip('`')}"
         else:
             continue
-        yield f"{line:<{WIDTH - 1}} # {', '.join(filter(None, (unit, meaning)))}"
-
-
-def _valued(entry: Entry) -> bool:
-    """Return whether a key has a default that can be written."""
-    return (
-        default(entry).startswith("`")
-        and not kinds(of_field(entry.field)[0])
-        and default(entry) not in ("`{  }`", "`[]`")
-    )
+        yield f"{line:<{WIDTH - 1}} # {', '.join(filter(None, (key.unit, meaning)))}"
 
 
 def _drones(places: list[list[float]]) -> Iterator[str]:

@@ -30,10 +30,10 @@ def predicted(swarm: Swarm, duration: float, avoided: bool = True) -> Iterator[s
     duration = duration or ENDLESS
     yield from _of_real_drones(swarm)
     yield from _of_leader(swarm, duration)
-    for name in swarm.formations if swarm.formation is None else swarm.formation_names:
+    for name, key in swarm.formation_keys.items():
         yield from _of_followers(swarm, name, duration, avoided)
         if duration > SURVEY_HORIZON:  # the rules have looked at what comes before it
-            yield from conflicts(swarm, f"formations.{name}" if name else "formation", swarm.survey(name, duration))
+            yield from map(str, conflicts(swarm, key, swarm.survey(name, duration)))
 
 
 def _of_real_drones(swarm: Swarm) -> Iterator[str]:
@@ -73,7 +73,7 @@ def _of_leader(swarm: Swarm, duration: float) -> Iterator[str]:
 
 
 def _of_followers(swarm: Swarm, name: str, duration: float, avoided: bool) -> Iterator[str]:
-    key = f"formations.{name}" if name else "formation"
+    key = swarm.formation_keys[name]
     formation, trajectory, limits = swarm.build_formation(name), _trajectory(swarm), swarm.limits
     named = {number: _owner(swarm, name, rank) for rank, number in enumerate(swarm.followers)}
     room, course = limits.fence.room(), _course(swarm)

@@ -7,8 +7,7 @@ from typing import Any
 
 import pytest
 from flockwire_core.swarm.model import Swarm
-from flockwire_core.swarm.outline import entries, explanation, of_field
-from flockwire_core.swarm.wording import takes
+from flockwire_core.swarm.outline import Outline
 
 MISTAKEN = {
     "gateway.latency": 8,
@@ -41,15 +40,13 @@ ANY = ("avoidance.sensing_radius", "airframes.NAME.endurance", "checks.settle_wi
 
 
 def test_every_time_and_length_has_an_upper_bound_or_a_rule() -> None:
-    unbounded = set()
-    for entry in entries(Swarm):
-        kind, metadata = of_field(entry.field)
-        unit, _ = explanation(entry.model, entry.name)
-        if (
-            kind is float
-            and unit in ("s", "m")
-            and " less" not in (text := takes(kind, metadata))
-            and " to " not in text
-        ):
-            unbounded.add(entry.text)
+    outline = Outline(Swarm)
+    unbounded = {
+        key.text
+        for key in outline.entries()
+        if key.unit in ("s", "m")
+        and (text := outline.takes(key.part)).startswith("a number")
+        and " less" not in text
+        and " to " not in text
+    }
     assert {key for key in unbounded if not key.startswith((*OF_A_PLACE, *ANY))} == set()

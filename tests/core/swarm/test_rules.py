@@ -19,7 +19,7 @@ WRONG = [
     ),
     (
         {"drones.1.airframe": "tello", "drones.1.tello": {"address": "192.168.10.1"}},
-        "drones.tello.address = '192.168.10.1': no tracker sees uav1, gateway.source = 'simulated'",
+        "drones.1.tello.address = '192.168.10.1': no tracker sees uav1, gateway.source = 'simulated'",
     ),
     (
         TELLOS | {f"drones.{i}.tello": {"address": "127.0.0.9"} for i in (1, 2)},
@@ -31,11 +31,11 @@ WRONG = [
     ),
     (
         TELLOS | {"limits.staleness.command_land": 15.0},
-        "limits.staleness.command_land = 15: must be below 15 s, after which airframe 'tello' lands by itself",
+        "limits.staleness.command_land = 15.0: must be below 15 s, after which airframe 'tello' lands by itself",
     ),
     (
         TELLOS | {"limits.staleness.telemetry_land": 16.0},
-        "limits.staleness.telemetry_land = 16: must be below 15 s, after which airframe 'tello' lands by itself",
+        "limits.staleness.telemetry_land = 16.0: must be below 15 s, after which airframe 'tello' lands by itself",
     ),
     (
         {"airframes": {"tello": {"stick_gains": {"right": 0.0}}}},
@@ -55,10 +55,10 @@ WRONG = [
     (TRACKED | {"formation.radius": 0.6}, "formation: its drones come within 0.60 m of the person who leads"),
     (TRACKED | {"avoidance.sensing": "neighbours"}, "avoidance.sensing = 'neighbours': does not sense the person"),
     # hosts
-    ({"hosts": {}}, "hosts = {}: at least one host is needed"),
+    ({"hosts": {}}, "hosts: at least one host is needed"),
     ({"hosts.a.address": "nowhere"}, "hosts.a.address = 'nowhere': must be an IP address"),
     # wind and places
-    ({"control.disturbance": 3.0}, "control.disturbance = 3: must be below limits.speed = 3"),
+    ({"control.disturbance": 3.0}, "control.disturbance = 3.0: must be below limits.speed = 3.0"),
     (
         {"formation.places": "fixed", "formation.assignment": "free"},
         "formation.assignment = 'free': excludes formation.places = 'fixed'",
@@ -88,7 +88,7 @@ WRONG = [
     ({"drones.1.address": "10.0.0.1"}, "drones.1.address = '10.0.0.1': must be IP:PORT"),
     ({"drones.1.address": "10.0.0.1:80"}, "drones.1.address = '10.0.0.1:80': must be IP:PORT, PORT from 1024"),
     ({"drones.1.address": "10.0.0.1:²"}, "drones.1.address = '10.0.0.1:²': must be IP:PORT"),
-    ({"drones.1.address": "drone:9000"}, "drones.1.address = 'drone': must be an IP address"),
+    ({"drones.1.address": "drone:9000"}, "drones.1.address = 'drone:9000': must be IP:PORT"),
     # rates
     ({"gateway.rate_hz": 50}, "gateway.rate_hz = 50: must be control.rate_hz = 100 or more"),
     # avoidance
@@ -102,7 +102,7 @@ WRONG = [
     ),
     (
         {"avoidance.sensing_radius": 0.6, "avoidance.drone_influence_radius": 0.7},
-        "avoidance.sensing_radius = 0.6: must reach at least avoidance.drone_influence_radius = 0.7",
+        "avoidance.sensing_radius = 0.6: must be avoidance.drone_influence_radius = 0.7 or more",
     ),
     # fence and starts
     ({"limits.fence.min": [-9.0, 10.0, -0.5]}, "limits.fence.min = [-9.0, 10.0, -0.5]: must be below limits.fence.max"),

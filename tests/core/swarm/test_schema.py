@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from flockwire_core.swarm.model import Swarm
-from flockwire_core.swarm.outline import entries, explanation
+from flockwire_core.swarm.outline import Outline
 from flockwire_core.swarm.schema import schema
 from jsonschema import Draft202012Validator
 
@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[3]
 
 
 def test_every_key_says_what_it_is():
-    assert not [entry.text for entry in entries(Swarm) if not explanation(entry.model, entry.name)[1]]
+    assert not [key.text for key in Outline(Swarm).entries() if not key.meaning]
 
 
 @pytest.fixture(scope="module")

@@ -48,10 +48,6 @@ def test_each_mistake_is_answered_in_its_own_line_in_plain_words(tmp_path, name)
     assert not [word for word in LIBRARIES for line in lines if word in line.lower()]
 
 
-def test_there_are_twenty_five():
-    assert len(wrong_files.WRONG) == 25
-
-
 def test_a_default_among_the_formations_is_the_formation(tmp_path):
     path = tmp_path / "flock.toml"
     path.write_text(wrong_files.SOUND)

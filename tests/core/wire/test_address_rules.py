@@ -12,14 +12,14 @@ WRONG = [
     # processes
     (
         {"hosts.a.processes": ["uav1"]},
-        "hosts.a.processes has 'uav1': must be one of ['router', 'gateway', 'tracker-sim', 'kinematics', "
+        "hosts.a.processes.0 = 'uav1': must be one of ['router', 'gateway', 'tracker-sim', 'kinematics', "
         "'leader', 'recorder', 'ros']",
     ),
     (
         {"hosts": {"a": {}, "b": {"address": "10.0.0.2"}}, "drones.2.host": "b", "drones.2.airframe": "tello"},
         "drones.host: driver2 runs on b, its simulated airframe on a; both must be on one host",
     ),
-    ({"hosts.a.processes": ["operator"]}, "hosts.a.processes has 'operator': must be one of ['router', "),
+    ({"hosts.a.processes": ["operator"]}, "hosts.a.processes.0 = 'operator': must be one of ['router', "),
     (
         {"hosts": {"a": {}, "b": {"address": "10.0.0.2"}}, "drones.2.host": "b"},
         "hosts.a.address = '127.0.0.1': the other hosts cannot reach it there; name its address in their network",
@@ -30,7 +30,7 @@ WRONG = [
     ),
     (
         {"hosts": {"a": {"processes": ["leader"]}, "b": {"processes": ["leader"]}}},
-        "hosts.b.processes has 'leader': host a runs it already",
+        "hosts.b.processes.0 = 'leader': host a runs it already",
     ),
     # ports
     (
