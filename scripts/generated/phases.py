@@ -10,7 +10,7 @@ HEAD = """# Phases of a pilot
 
 A pilot (an agent, or the leader) is in one of seven phases. At each step, the first row of the table that names its
 phase, and whose conditions hold, gives the next phase. The same table is the specification for three programs: a test
-compares the code with it, the model in `model/` explores all states of several pilots, and the check "conformance"
+compares the code with it, the model in `lab/model/` explores all states of several pilots, and the check "conformance"
 replays every flight through it ([checks](../checks.md)).
 
 ![Phases and transitions; the numbers are those of the table](../images/phases.svg)
