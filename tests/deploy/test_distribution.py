@@ -60,7 +60,7 @@ def test_the_wheel_has_the_code_alone(built):
     (file,) = built.glob("*.whl")
     with zipfile.ZipFile(file) as archive:
         names = archive.namelist()
-    assert "flockwire/pilot/transitions.csv" in names
+    assert "flockwire_core/pilot/transitions.csv" in names
     assert all(name.startswith("flockwire") for name in names)
 
 
