@@ -237,7 +237,9 @@ class VirtualProcess:
         if self._frozen:
             self._unread.append(datagram)
             return
-        now = self._now = self.clock.read(self._scheduler.now)
+        assert self._stepper is not None  # noqa: S101  (its core is bound)
+        self._now = self.clock.read(self._scheduler.now)
+        now = self._stepper.time(self._now)
         self._networked.datagram(datagram.data, datagram.source, datagram.target, now)
         self._flush(now)
 
@@ -276,7 +278,9 @@ class VirtualProcess:
         if self._loaded:
             self._depart()
 
-    def _ends(self, now: int) -> bool:
+    def _ends(self, swarm_time: int) -> bool:
+        assert self._stepper is not None  # noqa: S101  (it ticks)
+        now = self._stepper.time(swarm_time)
         if not self._retired:
             self._retired = True
             self._core.retire(now)

@@ -22,7 +22,7 @@ from flockwire_core.wire.status import Reason, Report, counted
 
 from flockwire_tello.client import TelloClient
 from flockwire_tello.flight_modes import FlightModes, Mode
-from flockwire_tello.flight_monitor import FlightMonitor, SteadyTime
+from flockwire_tello.flight_monitor import FlightMonitor
 from flockwire_tello.stick_control import StickControl
 from flockwire_tello.sticks import CENTRED, Sticks
 from flockwire_tello.swarm_file import COMMAND_PORT, reached, tello_addresses, tello_keys
@@ -54,7 +54,7 @@ class DriverCore:
         self._own: Address = (at.local, table.command_port)
         self._states: Address = (at.local, table.state_port)
         self._filtered = table.source_filter
-        self._time = SteadyTime(now)
+        self._began = now
         self._client, self._monitor = TelloClient(), FlightMonitor()
         self._link = TelloLink(self._client, self._monitor, self._drone, table.state_port)
         self._stick_control = StickControl(keys.stick_gains, nanoseconds(swarm.limits.staleness.pose_land))
@@ -74,7 +74,7 @@ class DriverCore:
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Receive a message; a command or a stop is sent at once."""
-        t = self._time.at(now)
+        t = now - self._began
         match message:
             case Command():
                 self._command(message, t)
@@ -86,7 +86,7 @@ class DriverCore:
 
     def datagram(self, data: bytes, sender: Address, at: Address, now: int) -> None:
         """Receive a datagram of one of the sockets."""
-        t = self._time.at(now)
+        t = now - self._began
         if self._filtered and sender[0] != self._drone[0]:
             self._foreign += 1
         elif at == self._states:
@@ -96,13 +96,9 @@ class DriverCore:
         else:
             self._client.receive(data, t)
 
-    def correct(self, by: int) -> None:
-        """Record that `now` jumps ahead by `by` ns (back if negative): this time has not passed."""
-        self._time.correct(by)
-
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Update link, ladder and sticks; publish telemetry while the drone's state arrives."""
-        t = self._time.at(now)
+        t = now - self._began
         self._flight.update(self._climb(t), t)
         self._link.step(t)  # after it: an `emergency` replaces all that waits
         self._descend(t)
@@ -113,7 +109,7 @@ class DriverCore:
 
     def outgoing(self, now: int) -> list[Datagram]:
         """Return the datagrams to send at `now`."""
-        t = self._time.at(now)
+        t = now - self._began
         poll = self._client.poll(t)
         for done in poll.finished:
             self._link.ended(done, t)
@@ -122,18 +118,18 @@ class DriverCore:
 
     def retire(self, now: int) -> None:
         """Land the drone if the pilot does not within RETIREMENT, because the process must end."""
-        self._land_at = self._time.at(now) + RETIREMENT
+        self._land_at = now - self._began + RETIREMENT
 
     def may_end(self, now: int) -> bool:
         """Return whether the drone has been on the ground for a second, never sent a state, or is lost."""
-        t, since = self._time.at(now), self._down_since
+        t, since = now - self._began, self._down_since
         if self._monitor.state is None or (since is not None and t - since >= SETTLED):
             return True
         return self._land_at is not None and not self._monitor.heard(t) and t >= self._land_at + GIVEN_UP
 
     def report(self, now: int) -> Report:
         """Return the drone's status."""
-        t = self._time.at(now)
+        t = now - self._began
         grounded = self._flight.mode in (Mode.CONNECTING, Mode.GROUNDED)
         reasons = (
             LIFTED if self._flight.mode is Mode.HELD else None,

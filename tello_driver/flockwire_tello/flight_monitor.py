@@ -15,24 +15,6 @@ HELD = 3 * SECOND  # ns of states without an advance, some of which may be lost
 MOTORS_STAND = 16 * SECOND // 10  # ns that the motors' time, in whole seconds, does not advance
 
 
-class SteadyTime:
-    """Counts ns from 0 at `now` (Unix ns); a clock that goes back stops it, and so does a step over `longest` ns."""
-
-    def __init__(self, now: int, longest: int | None = None) -> None:
-        self._last, self._time, self._longest = now, 0, longest
-
-    def at(self, now: int) -> int:
-        """Return the time at `now`, ns."""
-        elapsed, self._last = now - self._last, now
-        if elapsed > 0 and (self._longest is None or elapsed <= self._longest):
-            self._time += elapsed
-        return self._time
-
-    def correct(self, by: int) -> None:
-        """Take note that the clock was set forward by `by` ns (back when negative): so much has not passed."""
-        self._last += by
-
-
 class FlightMonitor:
     """Judges the states of one Tello. Times are ns of one clock that does not go back."""
 

@@ -9,7 +9,7 @@ from flockwire_core.domain.motion import Leading
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import add
-from flockwire_core.pilot.phases import OUTDATED, SHUTDOWN
+from flockwire_core.pilot.phases import SHUTDOWN
 from flockwire_core.pilot.pilot import DRIVER_LOST
 from flockwire_core.wire.keys import MISSION, Key
 from flockwire_core.wire.phase import Phase
@@ -231,59 +231,6 @@ def test_a_landing_does_not_wait_for_poses_that_always_come_late(flyer):
         flyer.step()
         climbing.append(flyer.velocity[2])
     assert climbing == [-0.7] * 10 + [0.0] * 90 + [-0.7] * 15
-
-
-@pytest.mark.parametrize("back", [5, 600], ids=["in flight", "before its start"])
-def test_when_its_clock_is_set_back_what_came_before_does_not_stay_fresh(flyer, back):
-    flyer.now -= back * SECOND
-    flyer.silent = {"pose", "telemetry", "nearby", "uav1", "uav0"}  # all that comes is from its future
-    flyer.run(0.12)
-    assert (flyer.phase, flyer.velocity) == (Phase.HOLD, STILL)
-    flyer.run(1.0)
-    assert (flyer.phase, flyer.velocity) == (Phase.LANDING, (0.0, 0.0, -0.7))
-
-
-def test_when_its_clock_is_set_back_a_lost_leader_is_not_forgotten(flyer):
-    flyer.leader_phase, flyer.leading = Phase.GROUNDED, Leading.IS_DOWN
-    flyer.run(2.0)
-    assert flyer.phase is Phase.HOLD
-    flyer.now -= 3600 * SECOND
-    flyer.run(5.2)
-    assert flyer.phase is Phase.LANDING
-    assert flyer.report.detail.startswith("the leader lost")
-
-
-def test_when_its_clock_is_set_back_a_pilot_that_must_end_still_lands(flyer):
-    flyer.core.retire(flyer.now)
-    flyer.now -= 3600 * SECOND
-    flyer.run(1.1)
-    assert flyer.phase is Phase.LANDING
-
-
-def test_when_its_clock_is_set_back_a_pilot_that_started_in_flight_still_waits_10_s_for_an_order(cockpit):
-    agent = cockpit()
-    agent.state, agent.position = FlightState.FLYING, (3.0, 0.0, 1.0)
-    agent.run(1.0)
-    agent.now -= 3600 * SECOND
-    agent.run(9.9)
-    assert agent.phase is Phase.HOLD
-    agent.run(0.2)
-    assert agent.phase is Phase.LANDING
-
-
-def test_when_its_clock_is_set_back_an_order_of_before_its_start_takes_no_drone_off_but_a_new_one_does(cockpit):
-    agent = cockpit()
-    agent.now -= SECOND
-    agent.order("takeoff")
-    agent.now += 2 * SECOND
-    agent.run(0.3)  # it was frozen, too
-    assert agent.report.detail == OUTDATED
-    agent.now -= 3600 * SECOND
-    agent.run(0.2)
-    assert (agent.phase, agent.report.detail) == (Phase.READY, OUTDATED)
-    agent.order("takeoff")
-    agent.run(0.2)
-    assert agent.phase is Phase.TAKEOFF
 
 
 @pytest.mark.parametrize(("silent", "descent"), [(set(), 0.7), ({"pose"}, 0.35)])  # of limits.vertical_speed = 0.7

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import cos, dist, inf, sin
+from math import cos, dist, sin
 from random import Random
 
 import pytest
@@ -18,7 +18,6 @@ from flockwire_tello.driver import DriverCore, slowest_climb
 from flockwire_tello.flight_monitor import FlightMonitor
 from flockwire_tello.state_string import format_state
 from flockwire_tello.swarm_file import COMMAND_PORT, tello_addresses
-from flockwire_twins.tello.airframe import AirframeMotion
 from flockwire_twins.tello.parameters import TelloParameters, switched
 from flockwire_twins.tello.tello import SimulatedTello
 
@@ -99,23 +98,6 @@ class Flight:
         self.velocity = (0.0, 0.0, 0.0)
         self.run(1.0)
         assert self.state is FlightState.FLYING
-
-
-class Late:
-    """A simulated Tello whose clock was not corrected: it is `by` ns behind."""
-
-    def __init__(self, tello: SimulatedTello, by: int) -> None:
-        self._tello, self._by = tello, by
-        self.flight = self
-
-    def motion(self, now: int) -> AirframeMotion:
-        return self._tello.flight.motion(now - self._by)
-
-    def receive(self, data: bytes, sender: tuple[str, int], now: int) -> None:
-        self._tello.receive(data, sender, now - self._by)
-
-    def outgoing(self, now: int) -> list[tuple[bytes, tuple[str, int]]]:
-        return self._tello.outgoing(now - self._by)
 
 
 @pytest.fixture
@@ -219,25 +201,6 @@ def test_a_command_has_its_datagram_before_the_next_step(airborne):
     airborne.sent.clear()
     airborne.give(Key("command", "uav1"), Command(airborne.now, "w", (0.2, 0.0, 0.0)))
     assert airborne.words() == ["rc"]
-
-
-@pytest.mark.parametrize("seconds", [-3600, -5, 5, 3600])
-def test_a_clock_that_is_corrected_makes_nothing_older(airborne, seconds):
-    airborne.velocity = (0.3, 0.0, 0.0)
-    airborne.run(1.0)
-    airborne.sent.clear()
-    airborne.now += seconds * SECOND
-    airborne.driver.correct(seconds * SECOND)
-    airborne.tello = Late(airborne.tello, seconds * SECOND)
-    airborne.run(2.0)
-    assert set(airborne.words(-inf)) == {"rc"}
-    assert airborne.state is FlightState.FLYING
-    assert airborne.motion.velocity[0] == pytest.approx(0.3, abs=0.02)
-    airborne.velocity = None
-    airborne.run(0.95)
-    assert set(airborne.words(-inf)) == {"rc"}
-    airborne.run(0.1)
-    assert "land" in airborne.words(-inf)
 
 
 def test_a_stale_command_centres_the_sticks_then_lands(airborne):
@@ -496,7 +459,7 @@ def test_a_landing_between_two_sticks_centres_them_first(airborne):
     airborne.velocity = (1.0, 0.0, 0.0)
     airborne.run(1.0)
     airborne.sent.clear()
-    airborne.driver._flight.land(airborne.driver._time.at(airborne.now))
+    airborne.driver._flight.land(airborne.now - airborne.driver._began)
     airborne.flush()
     assert [command for _, command in airborne.sent] == ["rc 0 0 0 0", "land"]
 
@@ -504,7 +467,7 @@ def test_a_landing_between_two_sticks_centres_them_first(airborne):
 def test_a_pilot_does_not_steer_a_drone_that_its_driver_lands(airborne):
     airborne.velocity = (1.0, 0.0, 0.0)
     airborne.run(1.0)
-    airborne.driver._flight.land(airborne.driver._time.at(airborne.now))
+    airborne.driver._flight.land(airborne.now - airborne.driver._began)
     begin = airborne.t
     run_without_landing(airborne, 1.0)
     assert {command for at, command in airborne.sent if at > begin} == {"rc 0 0 0 0", "land"}
@@ -523,7 +486,7 @@ def test_a_refused_landing_is_repeated_at_once_with_the_sticks_centred(airborne)
 
 
 def test_a_landing_that_is_seen_is_not_repeated(airborne):
-    airborne.driver._flight.land(airborne.driver._time.at(airborne.now))
+    airborne.driver._flight.land(airborne.now - airborne.driver._began)
     airborne.run(5.0)
     assert airborne.state is FlightState.GROUNDED
     assert airborne.words().count("land") <= 2

@@ -13,7 +13,7 @@ from flockwire_core.domain.motion import LeaderMotion
 from flockwire_core.domain.vector import ZERO, Vector
 
 POSITION_TIME_CONSTANT = 0.05  # s, of the tracker of the leader's position
-FORGET = 1.0  # s without a pose after which the track restarts, as it does at an earlier pose: a clock was set back
+FORGET = 1.0  # s without a pose after which the track restarts
 
 
 def leader_time_constant(depth: int) -> float:
@@ -41,7 +41,7 @@ class LeaderTrack:
 
     def update(self, position: Vector, stamp: float) -> LeaderMotion:
         """Receive the `position` (m) measured at `stamp` (s); return the motion at `stamp`."""
-        if self._fast is None or self._slow is None or not 0.0 <= stamp - self._fast.stamp <= FORGET:
+        if self._fast is None or self._slow is None or stamp - self._fast.stamp > FORGET:
             self._fast = VelocityTracker(POSITION_TIME_CONSTANT, position, stamp)
             self._slow = AccelerationTracker(self._time_constant, position, stamp)
         self._fast.update(position, stamp)

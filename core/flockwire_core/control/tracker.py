@@ -112,8 +112,6 @@ class BodyTracks:
 
     def update(self, positions: Sequence[Vector], stamp: float) -> list[Vector]:
         """Return the velocity, m/s, of each of `positions` (m, world frame) seen at `stamp` (s); 0 for a new body."""
-        if stamp < self._stamp:  # after a clock was set back
-            self._tracks = []
         if stamp > self._stamp or len(positions) != len(self._tracks):
             self._match(positions, stamp)
             self._stamp = stamp

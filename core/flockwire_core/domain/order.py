@@ -49,11 +49,17 @@ class Mission(NamedTuple):
     without: tuple[int, ...] = ()  # drones that stay on the ground; no drone waits for them
     giver: int = 0  # number of the giver (Version)
     knows: tuple[Version, ...] = ()  # the orders that its giver knew
+    ahead: int = 0  # ns by which its receiver's time is ahead of swarm time; not sent
 
     @property
     def version(self) -> Version:
         """The version of this order."""
         return Version(self.stamp, self.giver)
+
+    @property
+    def given(self) -> int:
+        """When it was given, in its receiver's time, ns."""
+        return self.stamp + self.ahead
 
     @property
     def in_formation(self) -> bool:

@@ -19,7 +19,6 @@ from flockwire_core.swarm.tables import Staleness
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import APART, Status
 
-AHEAD: Final = SECOND // 10  # ns by which a stamp may be in the future (keys.py); beyond, the own clock was set back
 MOST_HOPS: Final = 255  # largest number in a message
 JUMP: Final = 0.2  # m, of the leader's pose, beyond what the speed allows
 JUMP_TIME: Final = SECOND // 10  # ns between two poses, at most, for which the speed counts
@@ -121,19 +120,12 @@ class Neighbourhood:
         """Update the leader's state; return the valid estimates of the neighbours at `now` (Unix ns).
 
         A valid estimate is fresh and based on fresh data: passing data on does not make it younger. A stale neighbour
-        is removed from the sum, and so is one that contradicts the others. After the own clock was set back, what came
-        before is not valid, and ages count from then on.
+        is removed from the sum, and so is one that contradicts the others.
         """
-        oldest, oldest_origin, newest = now - self._drop_after, now - self._origin_limit, now + AHEAD
-        if self.origin > newest or self._leader_stamp > newest:
-            self.origin, self._leader_stamp = min(self.origin, now), min(self._leader_stamp, now)
-            self.agreement.forget()
+        oldest, oldest_origin = now - self._drop_after, now - self._origin_limit
         found = []
         for j, neighbour in self._neighbours.items():
             stamp, motion = neighbour.stamp, neighbour.motion
-            if stamp > newest:
-                neighbour.stamp, neighbour.origin = now, 0
-                continue
             if stamp < oldest or motion is None or neighbour.origin < oldest_origin:
                 continue
             found.append(NeighbourEstimate(j, neighbour.weight, stamp, motion))

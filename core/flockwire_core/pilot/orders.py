@@ -62,7 +62,7 @@ class Orders:
 
     def age(self, now: int) -> float:
         """Return the time, s, since the last change of the orders at `now` (Unix ns); -1 before the first."""
-        return -1.0 if self.taken is None else max(0, now - self.taken) / SECOND
+        return -1.0 if self.taken is None else (now - self.taken) / SECOND
 
     def take(self, order: Mission, now: int) -> bool:
         """Receive `order` at `now` (Unix ns); returns whether the order in force changed."""
@@ -70,7 +70,7 @@ class Orders:
         if version in self._past:
             return False
         known = frozenset(order.knows)
-        if not rank(order) and not (known.issuperset(self.newest) and order.stamp <= now + AHEAD):
+        if not rank(order) and not (known.issuperset(self.newest) and order.given <= now + AHEAD):
             self._reject(version)
             return False
         self._remember((version,) if rank(order) else (*order.knows, version))  # a downward order cancels no other

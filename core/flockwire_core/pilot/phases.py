@@ -58,7 +58,7 @@ class FlightPhases:
         another = self.orders.take(mission, now)
         self.mission = self.orders.mission
         if another and self.mission is not None:
-            self._outdated = self.mission.stamp <= self._born
+            self._outdated = self.mission.given <= self._born
         return another
 
     def stop(self) -> None:
@@ -68,11 +68,6 @@ class FlightPhases:
     def retire(self, now: int) -> None:
         """Start the shutdown at `now` (Unix ns): hold, then land, and do not take off again."""
         self._retired = now if self._retired is None else self._retired
-
-    def set_back(self, now: int) -> None:
-        """Count times from `now` (Unix ns) on that began later: the own clock was set back."""
-        self._born = min(self._born, now)
-        self._retired = None if self._retired is None else min(self._retired, now)
 
     def mission_time(self, now: int) -> float | None:
         """Return the formation's time t in s at `now` (Unix ns), None before a start order."""

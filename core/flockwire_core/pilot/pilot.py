@@ -31,12 +31,11 @@ from flockwire_core.pilot.ladder import (
     speed_limit,
     unready_reason,
 )
-from flockwire_core.pilot.neighbourhood import AHEAD
 from flockwire_core.pilot.off_place import OffPlace, no_place
 from flockwire_core.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, age, command_stamp
 from flockwire_core.pilot.place import CROWDED, Place
 from flockwire_core.pilot.surroundings import Surroundings
-from flockwire_core.pilot.tracked_body import PERIOD, TrackedBody, foreign, obeys
+from flockwire_core.pilot.tracked_body import TrackedBody, foreign, obeys
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import STOP, Key
@@ -122,10 +121,8 @@ class Pilot:
         leader does not lead.
         """
         self._pause = pause = now - self._stepped
-        self.dt = max(0.0, min(pause / SECOND, LONGEST_STEP))
-        if pause < 0:
-            self._set_back(now)
-        elif pause > PAUSE:
+        self.dt = min(pause / SECOND, LONGEST_STEP)
+        if pause > PAUSE:
             self._woke = now
         self._stepped = now
         pose, inputs = self._pose, self._read(now, silence, self._leaderless(now, leader_down))
@@ -140,7 +137,7 @@ class Pilot:
                 self._body.stops = distance(motion.position, motion.stopping)
                 if self._guard is not None and phase in IN_FLIGHT:
                     self.bodies = self._guard.tracked(motion, self.bodies, self._surroundings.stamp or self.stamp)
-        if not 0 < self._body.due - now <= PERIOD:  # a clock may be set back
+        if now >= self._body.due:
             self._body.look(self.motion, self._telemetry, phase, now)
             if self._body.drifted:
                 self._airframe.reset()  # it is what the false body seemed to drift
@@ -331,18 +328,6 @@ class Pilot:
             return (0.0, 0.0, -descent)
         self._waited += self.dt
         return (0.0, 0.0, min(0.0, airframe.disturbance[2]))  # the wind that it compensates may have ended
-
-    def _set_back(self, now: int) -> None:
-        """Count the ages of what came before from `now` (Unix ns) on: the own clock was set back."""
-        self.waits_since, self._down_since = min(self.waits_since, now), min(self._down_since, now)
-        self.flight.set_back(now)
-        self._body.set_back(now)
-        if self._pose is not None and self._pose.stamp > now + AHEAD:
-            self._pose = self._pose._replace(stamp=now)
-        if self._telemetry is not None and self._telemetry.stamp > now + AHEAD:
-            self._telemetry = self._telemetry._replace(stamp=now)
-        if self._surroundings.stamp > now + AHEAD:
-            self._surroundings.set_back(now)
 
     def _take_pose(self, pose: Pose) -> None:
         if self._body.take(pose, self.flight.phase):

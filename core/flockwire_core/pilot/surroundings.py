@@ -33,11 +33,6 @@ class Surroundings:
         if self.stamp == stamp:
             self._nearby = self._before
 
-    def set_back(self, now: int) -> None:
-        """Count the age of the sensed bodies from `now` (Unix ns) on."""
-        if self._nearby is not None:
-            self._nearby = self._nearby._replace(stamp=now)
-
     def bodies(self, pose: Pose, neighbours: Callable[[], list[Vector]]) -> Sequence[Body]:
         """Return the bodies relative to `pose`; bodies seen from an earlier position are shifted by the displacement.
 

@@ -87,12 +87,6 @@ class TrackedBody:
         """Record that the drone's take-off ended at `now` (Unix ns)."""
         self._climbed = now
 
-    def set_back(self, now: int) -> None:
-        """Count from `now` (Unix ns) on: the own clock was set back."""
-        self._climbed = min(self._climbed, now)
-        if self.last is not None and self.last.stamp > now:
-            self.last = self.last._replace(stamp=now)
-
     def take(self, pose: Pose, phase: Phase) -> bool:
         """Return whether `pose` can be the drone's, in a flight `phase`; on the ground a person may carry it."""
         last = self.last

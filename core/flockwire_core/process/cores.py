@@ -111,14 +111,6 @@ class Framed(Protocol):
         """Return whether the last message of the trigger `key` causes a step."""
 
 
-@runtime_checkable
-class Untimed(Protocol):
-    """A core that starts before swarm time is known, because its drone cannot wait (`untimed` in the process table)."""
-
-    def correct(self, by: int) -> None:
-        """Record that `now` jumps ahead by `by` ns (back if negative): this time has not passed."""
-
-
 class Ground:
     """Common part of cores without a drone: they may end at any time, and step at their own rate."""
 

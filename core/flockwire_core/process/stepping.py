@@ -10,11 +10,11 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Final, Protocol
 
 from flockwire_core.domain.time import SECOND
-from flockwire_core.process.cores import Core, Framed, Untimed
+from flockwire_core.process.cores import Core, Framed
 from flockwire_core.process.stopwatch import Stopwatch
 from flockwire_core.process.timekeeping import Timekeeping
 from flockwire_core.wire.codec import Message
-from flockwire_core.wire.inbox import Input
+from flockwire_core.wire.inbox import Input, shifted
 from flockwire_core.wire.keys import Key, key_text
 from flockwire_core.wire.status import Counts, Report, Status
 
@@ -62,15 +62,9 @@ class StepCounts:
 def next_deadline(deadline: int, now: int, period: int) -> int:
     """Return the next deadline (ns) of a periodic task with the last deadline `deadline`, done at `now`.
 
-    A step that is a little early or late does not shift later ones; missed periods are skipped, and a clock that was
-    set back restarts the period.
+    A step that is a little early or late does not shift later ones; missed periods are skipped.
     """
     return deadline + period if now < deadline + period <= now + 2 * period else now + period
-
-
-def is_due(deadline: int, now: int, period: int) -> bool:
-    """Return whether a periodic task is due at `now`, also after the clock was set back below its last deadline."""
-    return now >= deadline or now < deadline - period
 
 
 class StatusPublisher:
@@ -91,12 +85,13 @@ class StatusPublisher:
         self._key, self._frame, self._identity = Key("status", identity), frame, identity
         self._publish, self._resources, self._timekeeping, self._log = publish, resources, timekeeping, log
         self.deadline = 0  # of the next status, Unix ns
+        self.ahead = 0  # ns by which `now` is ahead of swarm time (Stepper)
         self.stopwatch: Stopwatch | None = None  # what it measures is reported; none in virtual time
         self._logged = ""
 
     def due(self, now: int) -> bool:
         """Return whether the next status is due."""
-        return is_due(self.deadline, now, STATUS_PERIOD)
+        return now >= self.deadline
 
     def update(self, now: int, report: Report, counts: StepCounts, rejected: Counts) -> None:
         """Publish the status, and log a new state."""
@@ -106,7 +101,7 @@ class StatusPublisher:
         if slow is not None:
             report = report._replace(reasons=(*report.reasons, slow))
         status = Status(
-            now, self._frame, self._identity, report,
+            now - self.ahead, self._frame, self._identity, report,
             counts.steps, counts.delayed_1ms, counts.delayed_5ms, counts.skipped, self._resources.refused(),
             self._resources.cpu_share(now), self._resources.resident(), rejected, self._resources.links(),
             offset, bound,
@@ -136,6 +131,9 @@ class Stepper:
     next one by a period. A trigger that is up to a period late delays no other, and after a longer gap the next trigger
     makes a step. Each slower trigger makes a step.
 
+    A core's time never goes back and has no steps: a step of the process's clock, swarm time, moves the core's time
+    `ahead` of it by as much, and all times in messages by so much on their way in and out.
+
     `flush` sends the datagrams of a core; it is called after each received message and each step. While triggers
     arrive, ticks make no step.
     """
@@ -153,19 +151,38 @@ class Stepper:
     ) -> None:
         self._core, self._publish, self._status, self._flush = core, publish, status, flush
         self._timekeeping = timekeeping
-        if isinstance(core, Untimed):
-            timekeeping.follow(core.correct)
+        timekeeping.follow(lambda by: self._shift(-by))
         self._receive, self._due = core.receive, core.due if isinstance(core, Framed) else None
         self._triggers = core.triggers
         self._buffered = tuple(buffered)
         self._named = tuple((key_text(swarm_name, source.inbox.key), source.inbox) for source in inputs)
+        self._ahead = self._last = 0  # ns of the core's time ahead of swarm time, and its last time
         self._counts = StepCounts()
         self._period = round(core.period * SECOND)
         self._earliest = 0  # stamp of the trigger that makes the next step, Unix ns
         self._ticks = WATCHDOG_TICKS - 1  # since the last step; one less after a long gap
 
+    def time(self, swarm_time: int) -> int:
+        """Return the core's time at `swarm_time`, ns; it never decreases."""
+        now = swarm_time + self._ahead
+        if now < self._last:
+            self._shift(self._last - now)
+            now = self._last
+        self._last = now
+        return now
+
+    def _shift(self, by: int) -> None:
+        """Move the core's time ahead of swarm time by `by` ns: the clock was set back by as much."""
+        self._ahead += by
+        for _, inbox in self._named:
+            if inbox.key not in self._timekeeping.keys:
+                inbox.ahead = self._ahead
+        if self._status is not None:
+            self._status.ahead = self._ahead
+
     def arrived(self, source: Input, now: int) -> None:
         """Receive a message of a key that is not buffered; step if it is a trigger and a step is due."""
+        now = self.time(now)
         message = source.message(now)
         if message is None:
             return
@@ -181,17 +198,18 @@ class Stepper:
         if late >= 0 or late < -period:
             self._earliest = self._earliest + period if 0 <= late < period else stamp
             self._ticks = 0 if late < 3 * period // 2 else -1
-            self._counts.count(now - inbox.sent, inbox.missed)
+            self._counts.count(now - self._ahead - inbox.sent, inbox.missed)
             self._step(now)
 
     def fed(self, now: int) -> None:
         """Step for input that is not from a key."""
         self._ticks = 0
         self._counts.count(0, 0)
-        self._step(now)
+        self._step(self.time(now))
 
     def tick(self, lateness: int, skipped: int, now: int) -> None:
         """Step for the ticker, with `lateness` ns and `skipped` ticks; not while triggers arrive."""
+        swarm_time, now = now, self.time(now)
         if not self._triggers:
             self._counts.count(lateness, skipped)
             self._step(now)
@@ -200,7 +218,7 @@ class Stepper:
         else:
             self._ticks = 0
             self._step(now)
-        if outgoing := self._timekeeping.step(now):  # it may correct the clock: `now` is not used after it
+        if outgoing := self._timekeeping.step(swarm_time):  # it may correct the clock: no time is used after it
             self._publish(outgoing)
 
     def _step(self, now: int) -> None:
@@ -212,7 +230,8 @@ class Stepper:
         messages = core.step(now)
         if self._flush is not None:
             self._flush(now)
-        self._publish(messages)
+        ahead = self._ahead
+        self._publish(messages if not ahead else [(key, shifted(message, -ahead)) for key, message in messages])
         status = self._status
         if status is not None and status.due(now):
             status.update(now, self._core.report(now), self._counts, self._rejected())

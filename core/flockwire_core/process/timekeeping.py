@@ -1,8 +1,7 @@
 """Swarm time: all hosts use the gateway's clock. Processes on other hosts request it and correct their own.
 
-The runner of a core (shell, virtual process) gives it corrected time, and starts it when swarm time is known. Only a
-driver's core knows of corrections: it starts at once and receives each of them. Processes on the gateway's host share
-its clock and request nothing.
+The runner of a core (shell, virtual process) gives it corrected time, and starts it when swarm time is known; only a
+driver starts at once. Processes on the gateway's host share its clock and request nothing.
 """
 
 from __future__ import annotations
@@ -52,7 +51,7 @@ class Timekeeping:
         return 0.0, 0.0
 
     def follow(self, corrected: Callable[[int], None]) -> None:
-        """Call `corrected` with the ns of each correction from now on."""
+        """Call `corrected` with the ns of each correction that is made at once, from now on."""
 
 
 def is_known(timed: Timekeeping, now: int) -> bool:
@@ -83,7 +82,7 @@ class CorrectedClock(Timekeeping):
         self._correction, self._corrected = 0, False
         self._asked: deque[int] = deque(maxlen=OUTSTANDING)
         self._replies = 0
-        self._corrected_by: Callable[[int], None] = lambda _: None
+        self._stepped_by: Callable[[int], None] = lambda _: None
         self._sent = self._next = self._estimated = self._stepped = 0
 
     def receive(self, key: Key, message: Message, now: int) -> Outgoing:
@@ -118,8 +117,8 @@ class CorrectedClock(Timekeeping):
         return self._correction / SECOND, (self._offset.bound + DRIFT * since) / SECOND
 
     def follow(self, corrected: Callable[[int], None]) -> None:
-        """Call `corrected` with the ns of each correction from now on."""
-        self._corrected_by = corrected
+        """Call `corrected` with the ns of each correction that is made at once, from now on."""
+        self._stepped_by = corrected
 
     def _estimate(self, own: int) -> None:
         if self._offset is not None and own < self._estimated + SLOW:
@@ -139,6 +138,7 @@ class CorrectedClock(Timekeeping):
         error = self._offset.offset - self._correction
         if abs(error) > (STEP + self._offset.bound if self._corrected else DEADBAND):
             self._correct_by(error)
+            self._stepped_by(error)
         elif abs(error) > DEADBAND:
             most = round(SLEW * elapsed)
             self._correct_by(max(-most, min(most, error)))
@@ -147,7 +147,6 @@ class CorrectedClock(Timekeeping):
     def _correct_by(self, change: int) -> None:
         self._correction += change
         self._correct(self._correction)
-        self._corrected_by(change)
 
 
 def timekeeping(plan: Plan, identity: str, correct: Callable[[int], None]) -> Timekeeping:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import errno
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from functools import partial
 
 from flockwire_core import clock
@@ -17,6 +17,7 @@ class Sockets:
     """The sockets of `core`, bound and served in the running loop."""
 
     def __init__(self, core: Networked) -> None:
+        self.time: Callable[[int], int] = lambda now: now  # the core's (process/stepping.py)
         self._core = core
         self._transports: dict[Address, asyncio.DatagramTransport] = {}
 
@@ -50,7 +51,7 @@ class _Socket(asyncio.DatagramProtocol):
 
     def datagram_received(self, data: bytes, addr: Address) -> None:
         """Receive a datagram, and send the core's datagrams."""
-        now = clock.now()
+        now = self._sockets.time(clock.now())
         self._core.datagram(data, addr, self._address, now)
         self._sockets.flush(now)
 

@@ -8,6 +8,7 @@ import logging
 import os
 import signal
 import threading
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 
 from flockwire_core import clock
@@ -64,23 +65,24 @@ async def finished(
     session: Session,
     ending: Ending,
     lock: AbstractContextManager[object] = NO_LOCK,
+    time: Callable[[int], int] = int,
 ) -> None:
     """Wait until the process must end and may, because it has no drone in the air.
 
     If the parent is gone, it also waits for all linked processes that end before it by the process table. `lock` is
-    held while the core is asked.
+    held while the core is asked, and `time` returns its time at a swarm time (process/stepping.py).
     """
     await ending.told.wait()
     log, rank = logging.getLogger(identity), plan.rows[identity].rank
     with lock:
-        core.retire(clock.now())
-        flying = not core.may_end(clock.now())
+        core.retire(time(clock.now()))
+        flying = not core.may_end(time(clock.now()))
     if flying:
         log.info("shutdown: lands first (a second signal ends it at once)")
     while not ending.insisted:
         before = [other for other in session.linked() if other in plan.rows and plan.rows[other].rank < rank]
         with lock:
-            if core.may_end(clock.now()) and not (ending.orphaned and before):
+            if core.may_end(time(clock.now())) and not (ending.orphaned and before):
                 break
         await asyncio.sleep(POLL)
 

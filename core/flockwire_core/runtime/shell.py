@@ -59,6 +59,9 @@ class Shell:
         flush = None if sockets is None else sockets.flush
         inputs = [*buffered, *prompts, *swarm_clock.prompts]
         self._stepper = Stepper(core, plan.swarm.name, buffered, inputs, session.publish, timed, status, flush)
+        self.time = self._stepper.time
+        if sockets is not None:
+            sockets.time = self.time
         self._ticker = Ticker(tick_period(core), self._tick, swarm_clock.lock)
 
     def start(self, direct: bool = False) -> None:
@@ -141,7 +144,7 @@ async def run_core(job: Job, feed: Feed | None = None) -> None:
         done = False
         try:
             async with fed or nullcontext():
-                await finished(core, plan, identity, session, ending, swarm_clock.lock)
+                await finished(core, plan, identity, session, ending, swarm_clock.lock, shell.time)
             done = True
         finally:
             shell.stop()

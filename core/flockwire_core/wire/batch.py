@@ -70,7 +70,7 @@ class Collecting:
 
     def due(self, now: int) -> bool:
         """Return whether the batch is to be sent at `now` (Unix ns)."""
-        return self._count > 0 and not 0 <= now - self._first < PERIOD
+        return self._count > 0 and now - self._first >= PERIOD
 
     @property
     def empty(self) -> bool:

@@ -8,6 +8,7 @@ from struct import Struct, error
 from typing import Final, NamedTuple
 from zlib import crc32
 
+from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
 from flockwire_core.wire.cdr import MessageError
 from flockwire_core.wire.codec import CODECS, Message
@@ -93,6 +94,7 @@ class Inbox:
         self.key = key
         self.rejected: Counter[str] = Counter()
         self.sent = self.missed = 0
+        self.ahead = 0  # ns by which the receiver's time is ahead of swarm time (process/stepping.py)
         self._decode, self._mark = CODECS[row.message].decode, mark_of(key)
         self._maximum_age = None if row.maximum_age is None else round(row.maximum_age * SECOND)
         self._ahead, self._any_time = round(row.ahead * SECOND), row.ahead >= ANY_TIME
@@ -122,9 +124,9 @@ class Inbox:
         """Judge the `sequence`-th message of `publisher` (None: malformed) as `accept` does; return one that passes."""
         if message is None:
             return self._reject("malformed")
+        if self.ahead:
+            message = shifted(message, self.ahead)
         stamp, same = message.stamp, publisher == self._publisher
-        if self._newest > now + self._ahead:  # this machine's clock was set back
-            self._newest = 0
         missed = sequence - self._sequence - 1 if same else 0
         reason = ""
         if missed < 0:
@@ -166,6 +168,19 @@ class EachInbox(Inbox):
             if len(self._sequences) > MOST_PUBLISHERS:
                 del self._sequences[next(iter(self._sequences))]
         return message
+
+
+def shifted(message: Message, by: int) -> Message:
+    """Return `message` with its times moved by `by` ns; the stamp of an order is its name, and stays."""
+    if not isinstance(message, Mission):
+        moved: Message = message._replace(stamp=message.stamp + by)  # type: ignore[attr-defined]
+        return moved
+    change = message.change
+    return message._replace(
+        ahead=message.ahead + by,
+        start=message.start + by if message.start else 0,
+        change=change._replace(begin=change.begin + by) if change is not None else None,
+    )
 
 
 class Input(ABC):

@@ -57,7 +57,7 @@ class Process:
     driver: bool = False  # drives airframes: it may end only when they are down
     restarts: bool = False  # it is restarted if it dies in a flight
     dispensable: bool = False  # a flight goes on without it, and is not judged by what is missing of its messages
-    untimed: bool = False  # it starts before swarm time is known: its core is Untimed
+    untimed: bool = False  # it starts before swarm time is known
     rank: int = 0  # of processes whose parent is gone, those of a lower rank end first
     alone: str = ""  # "module:function" that runs it without the swarm, with its own --protocol; empty: none
     replays: str = ""  # "module:function" that shows a trace instead of the swarm, with --trace and --pace; empty: none

@@ -256,32 +256,6 @@ def test_a_tracked_leader_leads_while_its_pose_comes_whatever_its_process_report
     assert found.leading is Leading.IS_DOWN
 
 
-def test_after_the_clock_was_set_back_what_came_before_is_not_valid_and_new_data_count_at_once():
-    back = T - 3600 * SECOND
-    found = both()
-    found.take_status(status(T, Phase.FORMATION))
-    found.update(T)
-    assert said(found, back) == []
-    assert found.missing(back) == (0, 1)
-    assert (found.silence(back, back), found.leading) == (0.0, Leading.LEADS)
-    found.update(back + SECOND + 1)
-    assert found.silence(back + 2 * SECOND, back) == 2.0
-    assert found.leading is Leading.IS_DOWN
-    found.take_pose(0)(Pose(back + 2 * SECOND, "world", B))
-    assert said(found, back + 2 * SECOND) == [(2.0, B)]
-    assert (found.origin, found.silence(back + 2 * SECOND, back)) == (back + 2 * SECOND, 0.0)
-
-
-def test_after_the_clock_was_set_back_a_dispute_counts_again():
-    found, back = Neighbourhood({1: 1.0, 2: 1.0}, LIMITS, bound=0.3), T - 3600 * SECOND
-    for begin in (T, back):
-        for now in range(begin, begin + BELIEVED + 1, SECOND // 10):
-            for j, place in ((1, A), (2, B)):
-                found.take_estimate(j)(estimate(now, place))
-            assert len(found.update(now)) == 2
-            assert (found.agreement.reason(now) != "") == (now == begin + BELIEVED)
-
-
 def test_the_oldest_is_infinitely_old_while_one_is_missing():
     assert both().oldest(T + SECOND) == 1.0
     assert Neighbourhood({0: 1.0, 1: 1.0}, LIMITS).oldest(T) == NEVER

@@ -6,8 +6,7 @@ import pytest
 from flockwire_agent.core import AgentCore
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
-from flockwire_core.process.cores import Ground, Start, Untimed, make_core
-from flockwire_core.process.timekeeping import patience
+from flockwire_core.process.cores import Ground, Start, make_core
 from flockwire_core.wire.keys import Key
 from flockwire_leader.core import FlyingLeader, VirtualLeader
 from flockwire_mocap.core import GatewayCore
@@ -33,13 +32,6 @@ def start(plan, identity):
 @pytest.mark.parametrize("identity", CORES)
 def test_every_process_gets_its_core(make_plan, identity):
     assert type(make_core(start(make_plan(), identity))) is CORES[identity]
-
-
-def test_a_core_that_starts_before_swarm_time_is_known_receives_corrections(make_plan):
-    plan = make_plan({"drones.1.airframe": "tello"})
-    untimed = {identity for identity in plan.started if isinstance(make_core(start(plan, identity)), Untimed)}
-    assert untimed == {identity for identity in plan.started if plan.rows[identity].untimed} == {"driver1"}
-    assert patience(plan, "driver1") == 0.0
 
 
 def test_a_virtual_leader_is_another_core(make_plan):

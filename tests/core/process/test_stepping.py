@@ -10,7 +10,7 @@ from typing import NamedTuple
 import pytest
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.process.cores import Ground
-from flockwire_core.process.stepping import Stepper, is_due, next_deadline, tick_period
+from flockwire_core.process.stepping import Stepper, next_deadline, tick_period
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.inbox import Inbox
 from flockwire_core.wire.keys import ROWS, Key
@@ -32,16 +32,10 @@ StepsOf = Callable[[Iterable[int], int], list[int]]
         pytest.param(1099, 1100, id="late"),
         pytest.param(1100, 1200, id="a whole period late"),
         pytest.param(5000, 5100, id="far too late: nothing is made up for"),
-        pytest.param(200, 300, id="the clock was set back"),
     ],
 )
 def test_the_next_deadline(now: int, following: int) -> None:
     assert next_deadline(1000, now, PERIOD) == following
-
-
-@pytest.mark.parametrize(("now", "due"), [(1000, True), (999, False), (900, False), (899, True), (5000, True)])
-def test_a_task_is_due_at_its_deadline_and_when_the_clock_was_set_back(now: int, due: bool) -> None:
-    assert is_due(1000, now, PERIOD) is due
 
 
 class Pose(NamedTuple):
@@ -59,7 +53,7 @@ class Source:
 
     def message(self, now: int) -> Pose:
         """Return the message that has come."""
-        return Pose(self.stamp)
+        return Pose(self.stamp + self.inbox.ahead)  # as an inbox does
 
 
 class Counting(Ground):
@@ -81,6 +75,15 @@ class Counting(Ground):
         return Report("")
 
 
+class Repeating(Counting):
+    """One that publishes a pose at each step."""
+
+    def step(self, now: int) -> tuple[tuple[Key, Pose]]:
+        """Publish one."""
+        super().step(now)
+        return ((POSE, Pose(now)),)
+
+
 class Framing(Counting):
     """One whose poses are parts of a frame, which every third one completes."""
 
@@ -93,9 +96,14 @@ class Framing(Counting):
 class AlwaysKnown:
     """Swarm time of a process beside the gateway."""
 
+    keys: frozenset[Key] = frozenset()
+
     def step(self, now: int) -> tuple[()]:
         """Ask nobody."""
         return ()
+
+    def follow(self, _: object) -> None:
+        """Correct no clock."""
 
 
 @pytest.fixture(name="stepper_of")
@@ -211,9 +219,19 @@ def test_after_poses_that_end_just_after_a_gap_the_watchdog_is_not_later(steps_o
     assert 20 * MS < min(step for step in steps if step > last + 2 * MS) - (last + 2 * MS) <= 40 * MS
 
 
-def test_a_clock_that_is_set_back_delays_no_step(stepper_of: Callable[[Counting], Stepper]) -> None:
-    core, source = Counting(), Source()
-    stepper = stepper_of(core)
-    for source.stamp in (*poses(100, 1.0), *(stamp - 60 * SECOND for stamp in poses(100, 1.0))):
+def test_a_clock_that_is_set_back_takes_no_time_back_and_delays_no_step(
+    make_swarm: Callable[[], Swarm],
+) -> None:
+    """The core's time goes on; what comes in and goes out is moved to it, and back to swarm time."""
+    core, source, published = Repeating(), Source(), list[int]()
+    stepper = Stepper(
+        core, make_swarm().name, (), (source,), lambda messages: published.extend(m.stamp for _, m in messages),
+        AlwaysKnown(), None,
+    )  # fmt: skip
+    stamps = [*poses(100, 1.0), *(stamp - 60 * SECOND for stamp in poses(100, 1.0))]
+    for source.stamp in stamps:
         stepper.arrived(source, source.stamp)
     assert len(core.steps) == 200
+    assert core.steps == sorted(core.steps)
+    assert core.steps[-1] - core.steps[0] == pytest.approx(2 * SECOND, abs=SECOND // 10)
+    assert published[-1] == pytest.approx(stamps[-1], abs=SECOND // 10)

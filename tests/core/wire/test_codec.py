@@ -41,7 +41,7 @@ bids = st.lists(st.builds(Bid, st.floats(0.0, 1e9), st.integers(-1, 2**31 - 1)),
 versions = st.lists(st.builds(Version, stamps, givers), max_size=4).map(tuple)
 orders = st.builds(
     Mission, stamps.filter(bool), st.just("world"), st.text(), stamps, st.text(), st.none() | changes, absent,
-    givers, versions,
+    givers, versions, st.just(0),
 )  # fmt: skip
 reports = st.builds(
     Report, st.text(), st.text(), numbers, numbers, numbers, numbers, numbers, numbers, st.none() | orders,
@@ -60,7 +60,7 @@ MESSAGES = (
     st.builds(Telemetry, stamps, frames, st.sampled_from(FlightState), numbers, numbers, numbers, st.booleans()),
     st.builds(
         Mission, stamps, frames, st.sampled_from(MISSION_VERBS), stamps, st.text(), st.none() | changes, absent,
-        givers, versions,
+        givers, versions, st.just(0),
     ),
     st.builds(Bids, stamps, frames, st.builds(Version, stamps, givers), bids),
     st.builds(Stop, stamps, frames, st.text()),

@@ -15,7 +15,7 @@ from flockwire_core.pilot.moving_point import MovingPoint
 from flockwire_core.process.cores import Address, Datagram, Start
 from flockwire_core.process.driving import RETIREMENT, SETTLED, TELEMETRY_PERIOD, Commanded, Served, SimulatedAirframe
 from flockwire_core.process.faults import AirframeFailure, AirframeFault, AirframeLag, FalseHeight, Fault, WindChange
-from flockwire_core.process.stepping import is_due, next_deadline
+from flockwire_core.process.stepping import next_deadline
 from flockwire_core.process.wind import Wind
 from flockwire_core.swarm.drones import Wind as WindTable
 from flockwire_core.swarm.model import Swarm, uav
@@ -96,7 +96,7 @@ class KinematicsCore:
                 self._flew = now
                 self._begin = now if self._begin is None else self._begin
             messages.append((key, Pose(now, frame, airframe.position, airframe.orientation)))
-        if is_due(self._telemetry_deadline, now, TELEMETRY_PERIOD):
+        if now >= self._telemetry_deadline:
             self._telemetry_deadline = next_deadline(self._telemetry_deadline, now, TELEMETRY_PERIOD)
             for owner, commanded in self._commanded.items():
                 messages.append((Key("telemetry", owner), self._reported(commanded.telemetry(now, frame), owner)))

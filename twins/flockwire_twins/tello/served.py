@@ -10,7 +10,6 @@ from flockwire_core.process.cores import Address, Datagram
 from flockwire_core.process.driving import CONTACT, FROZEN
 from flockwire_core.process.wind import Wind
 from flockwire_core.swarm.model import Swarm
-from flockwire_tello.flight_monitor import SteadyTime
 from flockwire_tello.swarm_file import COMMAND_PORT, StickGains, reached, tello_addresses, tello_keys
 
 from flockwire_twins.tello.parameters import TelloParameters
@@ -22,7 +21,7 @@ class ServedTello:
 
     def __init__(self, swarm: Swarm, number: int, now: int, chance: Callable[[], float]) -> None:
         self.address: Address = (tello_addresses(swarm, number).drone, COMMAND_PORT)
-        self._time = SteadyTime(now, FROZEN)
+        self._last = now
         self._tello = SimulatedTello(parameters_of(swarm, number), 0, chance)
         self._now = 0
         self._motion = self._tello.flight.motion(0)
@@ -44,20 +43,25 @@ class ServedTello:
         """Whether it flies, lands or falls."""
         return self._tello.flight.flying or self.position[2] > self._ground + CONTACT
 
+    def _time(self, now: int) -> int:
+        """Return the drone's time at `now`; a step over FROZEN is a pause of the process, not flown."""
+        elapsed, self._last = now - self._last, now
+        return self._now + (elapsed if elapsed <= FROZEN else 0)
+
     def advance(self, now: int) -> None:
         """Advance to `now`."""
-        self._now = self._time.at(now)
+        self._now = self._time(now)
         self._tello.advance(self._now)
         self._motion = self._tello.flight.motion(self._now)
 
     def datagram(self, data: bytes, sender: Address, now: int) -> None:
         """Receive a datagram from its client."""
-        self._now = self._time.at(now)
+        self._now = self._time(now)
         self._tello.receive(data, sender, self._now)
 
     def outgoing(self, now: int) -> list[Datagram]:
         """Return the datagrams that it sends up to `now`."""
-        self._now = self._time.at(now)
+        self._now = self._time(now)
         return [Datagram(data, self.address, target) for data, target in self._tello.outgoing(self._now)]
 
     def stop(self) -> None:

@@ -53,9 +53,9 @@ class AirframeGain:
         self._passes = BandPass(), BandPass(), BandPass()  # of X, U and V
 
     def command(self, given: Vector, wanted: Vector, now: float) -> None:
-        """Record the command u and the wanted velocity v_c, m/s, of `now` (s), earlier only if a clock is set back."""
+        """Record the command u and the wanted velocity v_c, m/s, of `now` (s)."""
         coming = self._coming
-        if coming and (coming[0][0] < now - LONGEST_GAP or coming[-1][0] > now + self._dead_time):
+        if coming and coming[0][0] < now - LONGEST_GAP:
             self.restart()
         self._coming.append((now + self._dead_time, given, wanted))
 

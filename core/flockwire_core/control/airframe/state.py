@@ -64,12 +64,9 @@ class AirframeState:
         """Receive the newest `position` (m), measured at `stamp`; return the motion at `now`, before the next command.
 
         `learns` is 1 for each axis whose disturbance may be learned, 0 for one that is kept; None: all are.
-        A stamp that is older than the last comes from a clock that was set back: earlier data is dropped.
         """
         dt = stamp - self._stamp
-        if dt < 0.0:
-            self._commands.clear()
-        if self._position is None or not 0.0 <= dt <= GAP:
+        if self._position is None or dt > GAP:
             self._position, self._velocity, self._stamp = position, ZERO, stamp
         elif dt > 0.0:
             q = exp(-dt / self._time_constant)

@@ -75,7 +75,7 @@ class Sidestep:
         turned = sidestep(correction, bodies, self._parameters, self.side, velocity)
         if turned == correction:
             self.side, self._best, self._since = 1.0, to_go, now
-        elif to_go < self._best - _PROGRESS or now < self._since:  # a clock may be set back
+        elif to_go < self._best - _PROGRESS:
             self._best, self._since = to_go, now
         elif now - self._since > self._switch_after:
             self.side, self._best, self._since = -self.side, to_go, now

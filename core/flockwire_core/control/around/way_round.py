@@ -109,8 +109,6 @@ class WayRound:
         `to_go` leads from the stopping point to the place, m, which moves at `velocity`, m/s; `now` in s. Obstacles
         stand, and drones that move with the place.
         """
-        if now < self._moved:  # the clock was set back
-            self._side, self._moved, self._neared, self._kept_until, self._back_until = 0.0, now, now, now, now
         if hypot(*to_go) < NEAR:
             self._given_way = self._changes = 0
             self._straight(to_go, now)

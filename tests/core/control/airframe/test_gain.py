@@ -18,15 +18,9 @@ def legs(t):
     return (0.6, 0.3, 0.0) if 2.0 <= t < 5.0 else (-0.6, -0.3, 0.0) if 6.0 <= t < 9.0 else ZERO
 
 
-def learned(gain, wind=lambda _: ZERO, wanted=legs, lag=LAG, dead=DEAD, seconds=10.0, known=None, frozen=(), back=0.0):
-    """Fly `wanted`, with the wind compensated as if it were known; returns the estimate after `seconds`.
-
-    The clock was set back by `back` s before, after a second.
-    """
+def learned(gain, wind=lambda _: ZERO, wanted=legs, lag=LAG, dead=DEAD, seconds=10.0, known=None, frozen=()):
+    """Fly `wanted`, with the wind compensated as if it were known; returns the estimate after `seconds`."""
     estimate, x, v = AirframeGain(LAG, DEAD * DT), ZERO, ZERO
-    for k in range(round(1.0 / DT) if back else 0):
-        estimate.measure(x, v, back + k * DT)
-        estimate.command((0.5, 0.0, 0.0), ZERO, back + k * DT)
     commands = [ZERO] * (dead + 1)
     for k in range(round(seconds / DT)):
         t = k * DT
@@ -45,13 +39,6 @@ def test_the_gain_is_learned_from_a_flight_there_and_back(gain):
     found = learned(gain)
     assert found.value == pytest.approx(gain, abs=0.12 * abs(gain - 1.0) + 0.005)
     assert found.certainty > 0.8
-
-
-def test_a_clock_that_is_set_back_costs_neither_memory_nor_the_gain():
-    """The commands of its future never came into effect, and all later ones waited behind them."""
-    found = learned(0.8, back=3600.0)
-    assert found.value == learned(0.8).value
-    assert len(found._coming) <= DEAD + 1
 
 
 @settings(max_examples=8)

@@ -41,18 +41,6 @@ def test_the_feed_forward_follows_a_ramp_and_its_stopping_point() -> None:
     assert stopping_reference((2.0, 0.0, 1.0), (1.0, 0.0, 0.0), 0.2) == pytest.approx((2.2, 0.0, 1.0))
 
 
-def test_a_clock_that_is_set_back_adds_no_stopping_distance() -> None:
-    state = AirframeState(0.2, 0.1)
-    for k in range(300):
-        state.measure((0.01 * k, 0.0, 0.0), 200.0 + 0.01 * k, 200.0 + 0.01 * k)
-        state.command((1.0, 0.0, 0.0), 200.0 + 0.01 * k)
-    for k in range(300):
-        motion = state.measure((3.0, 0.0, 0.0), 80.0 + 0.01 * k, 80.0 + 0.01 * k)
-        state.command((0.0, 0.0, 0.0), 80.0 + 0.01 * k)
-        assert abs(motion.stopping[0] - 3.0) < 0.3
-    assert motion.stopping[0] == pytest.approx(3.0, abs=1e-3)
-
-
 def test_commands_are_forgotten_without_poses_too() -> None:
     state = AirframeState(0.2, 0.1)
     for k in range(10_000):

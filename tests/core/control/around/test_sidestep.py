@@ -71,12 +71,3 @@ def test_a_drone_with_progress_keeps_its_side() -> None:
     for k in range(100):
         drone.turned((1.0, 0.0, 0.0), [AHEAD], 20.0 - 0.05 * k, 0.1 * k)
         assert drone.side == 1.0
-
-
-def test_a_clock_that_was_set_back_delays_no_change_of_the_side() -> None:
-    drone, sides = Sidestep(PARAMETERS, 3.0), []
-    drone.turned((1.0, 0.0, 0.0), [], 1.0, 3600.0)
-    for now in (3601.0, 3602.0, 0.0, 2.9, 3.1):
-        drone.turned((1.0, 0.0, 0.0), [AHEAD], 1.0, now)
-        sides.append(drone.side)
-    assert sides == [1.0, 1.0, 1.0, 1.0, -1.0]

@@ -137,14 +137,6 @@ def test_who_is_shut_out_for_long_does_not_fly_ever_farther_away() -> None:
     assert farthest < 6.0
 
 
-def test_a_clock_that_was_set_back_makes_nobody_fly_back() -> None:
-    way, still, to_go = WayRound(PARAMETERS, 2.0), Motion(ZERO, ZERO, ZERO), (2.0, 0.0)
-    pillar = [Body(BodyKind.OBSTACLE, (1.0, 0.1, 0.0), 0.2)]
-    way.turned((1.0, 0.0, 0.0), still, ZERO, to_go, pillar, 100.0)
-    turned, _ = way.turned((1.0, 0.0, 0.0), still, ZERO, to_go, pillar, -3500.0)
-    assert turned[0] > 0.0
-
-
 @given(st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0), st.floats(0.1, 1.0)), goals)
 def test_a_berth_never_covers_the_drone_or_its_place_unless_the_disc_does(
     disc: tuple[float, float, float], goal: tuple[float, float]
