@@ -36,10 +36,5 @@ def files() -> dict[str, str]:
 
 def with_table(name: str, table: str) -> str:
     """Return the page `name` with `table` between the comments that enclose its generated table."""
-    page = (ROOT / name).read_text(encoding="utf-8")
-    return re.sub(
-        r"(<!-- made by [^>]*-->\n).*?(<!-- end -->)",
-        lambda found: f"{found[1]}{table}{found[2]}",
-        page,
-        flags=re.DOTALL,
-    )
+    before, comment, rest = re.split(r"(<!-- made by [^>]*-->\n)", (ROOT / name).read_text(encoding="utf-8"))
+    return f"{before}{comment}{table}{rest[rest.index('<!-- end -->') :]}"
