@@ -1,10 +1,10 @@
 """The built-in laws beside laws from the literature, over the same flights, as one table.
 
-    python lab/bench/baselines.py [--flights 200] [--jobs 1] [--out runs/baselines]
+    python lab/bench/baselines.py [--swarm FILE] [--flights 200] [--jobs 1] [--out runs/baselines]
 
-separation/five.toml with its leader, obstacles and fence; `flockwire study` draws the starts and the tracker's
-noise and latency, for each number of a flight the same ones with every law. A call that was stopped continues where it
-was, a larger number extends it. `success`: all checks of the flight passed (docs/checks.md).
+FILE is a crowded swarm (separation/five.toml); `flockwire study` draws the starts and the tracker's noise and latency,
+for each number of a flight the same ones with every law. A call that was stopped continues where it was, a larger
+number extends it. `success`: all checks of the flight passed (docs/checks.md).
 """
 
 from __future__ import annotations
@@ -20,7 +20,6 @@ from typing import Any, NamedTuple
 import tomli_w
 
 BENCH = Path(__file__).parent
-SWARM = BENCH / "separation/five.toml"
 STUDY: dict[str, Any] = {
     "duration": 30.0,
     "starts": {"box": [6.0, 6.0], "fixed": [0]},
@@ -29,7 +28,6 @@ STUDY: dict[str, Any] = {
         "gateway.latency": {"uniform": [0.0, 0.02]},  # s
     },
 }
-STAR = [[0, number] for number in range(1, 5)]
 
 
 class Row(NamedTuple):
@@ -41,7 +39,6 @@ class Row(NamedTuple):
 
 ROWS = (
     Row("extended", {"control.law": "extended"}),
-    Row("extended, all receive the leader", {"control.law": "extended", "graph.edges": STAR}),
     Row("paper", {"control.law": "paper"}),
     Row(
         "paper, sliding mode observer", {"control.law": "law_sliding_mode:SlidingMode", "control.safety_filter": False}
@@ -52,12 +49,12 @@ ROWS = (
 HEADS = ("law", "flights", "success", "drones, m", "obstacles, m", "formation, mm", "observation, mm", "settled, s")
 
 
-def fly(row: Row, flights: int, jobs: int, out: Path) -> dict[str, Any]:
+def fly(row: Row, swarm: Path, flights: int, jobs: int, out: Path) -> dict[str, Any]:
     """Fly what is still to be flown of a row; returns its entry in study.json."""
     out.mkdir(parents=True, exist_ok=True)
     study = out / "study.toml"
     study.write_text(tomli_w.dumps({**STUDY, "grid": {key: [value] for key, value in row.keys.items()}}))
-    line = [sys.executable, "-m", "flockwire_operator", "study", str(SWARM), str(study), "--runs", str(flights)]
+    line = [sys.executable, "-m", "flockwire_operator", "study", str(swarm), str(study), "--runs", str(flights)]
     line += ["--jobs", str(jobs), "--out", str(out / "study")]
     paths = os.pathsep.join([str(BENCH), *filter(None, [os.environ.get("PYTHONPATH")])])
     done = subprocess.run(line, check=False, stdout=subprocess.DEVNULL, env={**os.environ, "PYTHONPATH": paths})
@@ -91,6 +88,7 @@ def cells(row: Row, point: dict[str, Any]) -> tuple[str, ...]:
 def main() -> None:
     """Fly all rows and print the table in Markdown."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--swarm", type=Path, default=BENCH / "separation/five.toml")
     parser.add_argument("--flights", type=int, default=200)
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--out", type=Path, default=Path("runs/baselines"))
@@ -98,7 +96,7 @@ def main() -> None:
     print("| " + " | ".join(HEADS) + " |")
     print("|" + "---|" * len(HEADS))
     for number, row in enumerate(ROWS):
-        point = fly(row, options.flights, options.jobs, options.out / str(number))
+        point = fly(row, options.swarm, options.flights, options.jobs, options.out / str(number))
         print("| " + " | ".join(cells(row, point)) + " |", flush=True)
 
 
