@@ -3,66 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
 import numpy as np
 from flockwire_core.swarm.model import Swarm, uav
-from flockwire_core.swarm.wording import beside
 
 from flockwire_analysis import gaps, outcomes
 from flockwire_analysis.conformance import deviations
+from flockwire_analysis.key_figures import Check, PhaseFigures, Summary
 from flockwire_analysis.phases import formation_phases, shared_places
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.separation import place_outside
 from flockwire_analysis.tracking import SETTLED_BELOW, largest
 
-if TYPE_CHECKING:
-    from flockwire_analysis.summary import PhaseFigures, Summary
-
 SPEED_TOLERANCE = 0.02  # share by which a speed from noisy positions may exceed its limit
 OFF = "not judged ([checks] of the swarm file)"
 MOST_NAMED = 4  # drones that the sentence of a check names
 ABOUT_THE_RECORD = frozenset({"control rate", "recording", "lost messages"})  # they judge the recording, not the flight
-
-
-@dataclass(frozen=True, slots=True)
-class Check:
-    """One check: `value` against `limit`, both in `unit`; `reason` is why there is no value, or its origin.
-
-    One that the swarm file switched off is not `judged`; it is ok.
-    """
-
-    name: str
-    value: float | None
-    limit: float | None
-    ok: bool
-    rule: str  # in words
-    unit: str = ""
-    reason: str = ""
-    judged: bool = True
-
-    def as_json(self) -> dict[str, object]:
-        """Return the entry of this check in summary.json."""
-        entry: dict[str, object] = {"name": self.name, "value": self.value, "limit": self.limit, "ok": self.ok}
-        return entry if self.judged else entry | {"judged": False}
-
-    def found(self) -> str:
-        """Return the result as text."""
-        if self.value is None:
-            return self.reason
-        value = f"{self.value:.4g}"
-        if not self.ok and self.limit is not None and float(value) == self.limit:
-            value = beside(self.value, self.limit)
-        value = f"{value} {self.unit}".strip()
-        return f"{value} ({self.reason})" if self.reason else value
-
-    def sentence(self) -> str:
-        """Return the result and the rule as text."""
-        found = f"{self.name}: {self.found()}"
-        if not self.judged:
-            return f"{found}, {self.rule}"
-        return found + (f", must be {self.rule}" if self.value is not None else "")
 
 
 def kept_within(swarm: Swarm) -> float:

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 from scipy import stats
 
-from flockwire_analysis.summary import Summary
+from flockwire_analysis.key_figures import Summary
 
 CONFIDENCE = 0.95
 WIDTH = 12  # characters of a column, at least

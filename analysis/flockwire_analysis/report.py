@@ -12,11 +12,12 @@ from flockwire_core.wire.status import Status
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
 from flockwire_analysis.graph_picture import graph_picture
+from flockwire_analysis.key_figures import Summary
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.recorded import ProcessRecord, Trace, is_virtual
 from flockwire_analysis.replay import NAME as REPLAY
 from flockwire_analysis.replay import write_replay
-from flockwire_analysis.summary import Summary, bad_input, summarise
+from flockwire_analysis.summary import bad_input, summarise
 
 if TYPE_CHECKING:
     from flockwire_analysis.figures.drawing import Picture

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from flockwire_core.domain.time import SECOND, nanoseconds
@@ -11,102 +11,13 @@ from flockwire_core.swarm.model import uav
 from flockwire_core.wire.processes import GATEWAY
 
 from flockwire_analysis import gaps, separation, tracking
-from flockwire_analysis.checks import Check, checks, kept_within
+from flockwire_analysis.checks import checks, kept_within
 from flockwire_analysis.free_places import undisturbed
-from flockwire_analysis.latency import HOPS, Percentiles, latencies, percentiles
+from flockwire_analysis.key_figures import Messages, PhaseFigures, StepFigures, Summary, long_enough
+from flockwire_analysis.latency import HOPS, latencies, percentiles
 from flockwire_analysis.phases import FormationPhase, Span, airborne, formation_of, formation_phases
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.separation import excused, without_place
-from flockwire_analysis.tracking import ErrorFigures
-
-LONG_ENOUGH = 5.0  # s, shortest formation phase in which followers can settle for 2 s
-
-
-@dataclass(frozen=True, slots=True)
-class StepFigures:
-    """Steps of all followers' agents: made, more than 1 and 5 ms after the pose was sent, and skipped."""
-
-    made: int
-    delayed_1ms: int
-    delayed_5ms: int
-    skipped: int
-
-
-@dataclass(frozen=True, slots=True)
-class Messages:
-    """Messages recorded, lost before the recorder, and rejected by their receivers (by key and reason)."""
-
-    recorded: int
-    lost: int
-    rejected: int
-    rejected_by_key: dict[str, int]
-
-
-@dataclass(frozen=True, slots=True)
-class PhaseFigures:
-    """One formation phase: the formation's name in the order, its begin, s from mission_start_ns, and its length, s.
-
-    `judged_tail_m` is the largest formation error in the tail, except for detours around obstacles; `longest_off_s` the
-    longest time, s, that a follower was off its place after all had settled, with the same exception. None if unknown.
-    `without_place_s` is how long each follower had a place that cannot be had; this counts as no error.
-    """
-
-    formation: str
-    begin_s: float
-    length_s: float
-    observation_error_m: ErrorFigures
-    formation_error_m: ErrorFigures
-    judged_tail_m: float | None
-    longest_off_s: float | None
-    without_place_s: dict[str, float]
-
-
-@dataclass(frozen=True, slots=True)
-class Summary:
-    """The content of summary.json; lengths in m, speeds in m/s, None if unknown.
-
-    The errors are those of the worst formation phase. `rate` is each agent's share of the due steps in all phases;
-    `tracker` counts the gateway's bad frames; `left_out` are the drones that stayed on the ground by order; `missing`
-    has a sentence for all missing data.
-    """
-
-    duration_s: float
-    mission_start_ns: int | None
-    drones: int
-    left_out: tuple[str, ...]
-    observation_error_m: ErrorFigures
-    formation_error_m: ErrorFigures
-    min_distance_uav_m: float | None
-    min_distance_obstacle_m: float | None
-    max_speed_m_s: float | None
-    max_outside_m: float | None
-    latency_ms: dict[str, Percentiles]
-    steps: StepFigures
-    messages: Messages
-    tracker: dict[str, int]
-    rate: dict[str, float | None]
-    missing: tuple[str, ...]
-    phases: tuple[PhaseFigures, ...]
-    checks: tuple[Check, ...] = ()
-
-    @property
-    def judged(self) -> tuple[PhaseFigures, ...]:
-        """The phases in which followers can settle; all if none is long enough."""
-        return _judged(self.phases)
-
-    @property
-    def ok(self) -> bool:
-        """Whether all checks passed."""
-        return all(check.ok for check in self.checks)
-
-    def failures(self) -> tuple[str, ...]:
-        """Return a sentence for each failed check."""
-        return tuple(check.sentence() for check in self.checks if not check.ok)
-
-    def as_json(self) -> dict[str, object]:
-        """Return the content of summary.json."""
-        lists = {"missing": list(self.missing), "phases": [asdict(phase) for phase in self.phases]}
-        return asdict(self) | lists | {"checks": [check.as_json() for check in self.checks]}
 
 
 def summarise(trace: Trace) -> Summary:
@@ -114,7 +25,7 @@ def summarise(trace: Trace) -> Summary:
     phases = formation_phases(trace)
     lacking = _Lacking(trace, phases)
     figures = _figures(trace, phases)
-    judged = _judged(figures)
+    judged = long_enough(figures)
     observation = tracking.worst([phase.observation_error_m for phase in judged])
     formation = tracking.worst([phase.formation_error_m for phase in judged])
     apart, clear, speed, outside = _distances(trace) if not lacking.placeless else (None, None, None, None)
@@ -148,10 +59,6 @@ def bad_input(trace: Trace) -> dict[str, dict[str, int]]:
     for vitals in trace.vitals:
         found.setdefault(vitals.last.identity, Counter()).update(dict(vitals.last.report.counts))
     return {identity: dict(counts) for identity, counts in found.items() if counts}
-
-
-def _judged(phases: tuple[PhaseFigures, ...]) -> tuple[PhaseFigures, ...]:
-    return tuple(phase for phase in phases if phase.length_s >= LONG_ENOUGH) or phases
 
 
 def _figures(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[PhaseFigures, ...]:

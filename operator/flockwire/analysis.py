@@ -4,12 +4,12 @@ A public interface (docs/python.md). Needs the extra `station`; `write_report` n
 lengths m, world frame ENU.
 """
 
-from flockwire_analysis.checks import Check
 from flockwire_analysis.export import ExportError, open_trace, write_csv, write_parquet
+from flockwire_analysis.key_figures import Check, Summary
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.report import write_report
-from flockwire_analysis.summary import Summary, summarise
+from flockwire_analysis.summary import summarise
 from flockwire_analysis.tracking import Errors, formation_errors, observation_errors
 
 __all__ = [

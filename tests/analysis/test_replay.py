@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from command_line import refused
 from flockwire_analysis import replay as replaying
-from flockwire_analysis.checks import Check
+from flockwire_analysis.key_figures import Check
 from flockwire_analysis.observed import MOST_REASONED, TOO_MANY, Shown, append_change, shown
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.replay import SILENT, flight_data, replay, reports

@@ -7,9 +7,9 @@ import sys
 from dataclasses import replace
 
 import pytest
-from flockwire_analysis.checks import Check
 from flockwire_analysis.figures.drawing import Picture
 from flockwire_analysis.graph_picture import graph_picture
+from flockwire_analysis.key_figures import Check
 from flockwire_analysis.latency import Percentiles
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.report import page, render, write_report

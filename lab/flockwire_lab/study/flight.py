@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from flockwire_analysis.checks import ABOUT_THE_RECORD
-from flockwire_analysis.summary import Summary, summarise
+from flockwire_analysis.key_figures import Summary
+from flockwire_analysis.summary import summarise
 from flockwire_core.swarm.model import Swarm
 
 from flockwire_lab.coverage import events

@@ -31,13 +31,6 @@ def main() -> NoReturn:
     raise SystemExit(status)
 
 
-def print_version() -> None:
-    """Print the version of the distribution."""
-    from importlib.metadata import version  # noqa: PLC0415
-
-    print(f"flockwire {version('flockwire')}")
-
-
 def _run() -> int:
     """Run the command; returns its exit status."""
     try:
@@ -66,7 +59,9 @@ def _command(command: str) -> None:
 
         raise SystemExit(run(command, sys.argv[2:]))
     if command == "--version":
-        print_version()
+        from importlib.metadata import version  # noqa: PLC0415
+
+        print(f"flockwire {version('flockwire')}")
         return
     if command in ORDERS:
         from flockwire_operator.cli.orders import app  # noqa: PLC0415

@@ -5,6 +5,7 @@ Exit status: 0 success; 1 a flight failed, with the reason on the last line; 2 b
 
 from __future__ import annotations
 
+from importlib.metadata import version
 from typing import Annotated, Any
 
 import typer
@@ -13,7 +14,6 @@ from typer.core import TyperGroup
 
 from flockwire_operator.cli import airframes, files, flights, kinds, orders, traces, tracker
 from flockwire_operator.cli.arguments import application
-from flockwire_operator.cli.entry import print_version
 
 OF_AIRFRAMES = tuple(row.command.rpartition(":")[2].replace("_", "-") for row in AIRFRAMES if row.command)
 SECTIONS = {
@@ -58,7 +58,7 @@ for kind, row in kinds.KINDS.items():
 
 def _version(wanted: bool) -> None:
     if wanted:
-        print_version()
+        print(f"flockwire {version('flockwire')}")
         raise typer.Exit
 
 

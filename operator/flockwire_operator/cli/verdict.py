@@ -13,7 +13,7 @@ from flockwire_core.swarm.wording import printable
 from flockwire_operator.station.terminal.progress import progress
 
 if TYPE_CHECKING:
-    from flockwire_analysis.summary import Summary
+    from flockwire_analysis.key_figures import Summary
     from flockwire_analysis.tracking import ErrorFigures
 
 

@@ -18,7 +18,7 @@ from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.plan import Plan
 
 if TYPE_CHECKING:
-    from flockwire_analysis.summary import Summary
+    from flockwire_analysis.key_figures import Summary
     from flockwire_core.wire.status import Report
 
 ORDER_TIME = 60.0  # s for an order, beside the climb or descent that it takes
