@@ -1,7 +1,4 @@
-"""Makes the frozen parameters of cores from the swarm; the only place that does.
-
-A core of an agent or of a leader knows its parameters, not the swarm. Lengths are m, times s, the world frame is ENU.
-"""
+"""The frozen parameters of pilots, laws and their parts, from the swarm. Lengths are m, times s, the frame is ENU."""
 
 from __future__ import annotations
 
@@ -13,22 +10,17 @@ from flockwire_core.control.around.bent_place import DetourParameters
 from flockwire_core.control.around.sidestep import SidestepParameters
 from flockwire_core.control.fence import Room
 from flockwire_core.control.formation import Formation
-from flockwire_core.control.graph import LEADER
 from flockwire_core.control.guard import GuardParameters
 from flockwire_core.control.leader_track import leader_time_constant
 from flockwire_core.control.observer import ObserverParameters
 from flockwire_core.control.potential import PotentialParameters
 from flockwire_core.control.protocol import ProtocolParameters
-from flockwire_core.control.trajectory import Trajectory
 from flockwire_core.domain.body import Separation
-from flockwire_core.domain.vector import Vector
 from flockwire_core.law import LawSettings
 from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.tables import Checks, Limits, Obstacle
 from flockwire_core.wire.processes import Roster
-
-REACTION_PERIODS = 3.0  # control periods, from a leader's command to the pose that shows it
 
 
 class PilotParameters(NamedTuple):
@@ -78,54 +70,6 @@ class AgentParameters(NamedTuple):
     auction: AuctionParameters | None = None  # None if no formation has one
 
 
-class CourseParameters(NamedTuple):
-    """The parameters of a leader's trajectory."""
-
-    trajectory: Trajectory
-    gain: float  # 1/s, of the position loop
-    filtered: bool  # whether it has a safety filter
-    ahead: float  # s, lag and dead time of the airframe
-    delay: float  # s, from a command to the pose that shows its effect
-    braking: float  # m/s^2
-    separation: Separation
-    sidestep: SidestepParameters
-    detour: DetourParameters
-
-
-class TeleoperationParameters(NamedTuple):
-    """The parameters of a teleoperated leader."""
-
-    speed: float  # m/s, at most
-    acceleration: float  # m/s^2, at most
-    vertical_speed: float  # m/s, at most, while it holds its position
-    stale: float  # s, maximum age of a steering command
-
-
-class LeaderParameters(NamedTuple):
-    """The parameters of a leader with an airframe."""
-
-    pilot: PilotParameters
-    course: CourseParameters
-    teleoperation: TeleoperationParameters | None  # None: not steered, it flies its course
-
-
-class TrackedParameters(NamedTuple):
-    """The parameters of a leader carried by a person."""
-
-    period: float  # s, between two steps
-    body: str | int  # its name at the tracker
-    stale: float  # s, maximum age of its pose
-
-
-class VirtualParameters(NamedTuple):
-    """The parameters of a virtual leader."""
-
-    frame: str  # the name of the world frame
-    period: float  # s, between two steps
-    trajectory: Trajectory
-    start: Vector  # m, world frame
-
-
 def pilot_parameters(swarm: Swarm, number: int) -> PilotParameters:
     """Return the parameters of the pilot of drone `number` of `swarm`."""
     airframe, avoidance = swarm.airframe(number), swarm.avoidance
@@ -173,51 +117,6 @@ def auction_parameters(swarm: Swarm, formations: Mapping[str, Formation]) -> Auc
     """Return the parameters of the auctions of `swarm`, which has these formations."""
     fence = swarm.limits.fence
     return AuctionParameters(swarm.followers, swarm.auctioned, formations, dist(fence.low, fence.high) ** 2)
-
-
-def leader_parameters(swarm: Swarm) -> LeaderParameters:
-    """Return the parameters of the leader of `swarm`, if it has an airframe."""
-    steered = swarm.leader.steered
-    return LeaderParameters(
-        pilot=pilot_parameters(swarm, LEADER),
-        course=course_parameters(swarm),
-        teleoperation=teleoperation_parameters(swarm) if steered else None,
-    )
-
-
-def course_parameters(swarm: Swarm) -> CourseParameters:
-    """Return the parameters of the trajectory of the leader of `swarm`."""
-    airframe = swarm.airframe(LEADER)
-    return CourseParameters(
-        trajectory=swarm.leader.trajectory.build(),
-        gain=swarm.leader.tracking_gain,
-        filtered=swarm.control.filtered,
-        ahead=airframe.lag + airframe.dead_time,
-        delay=airframe.lag + airframe.dead_time + REACTION_PERIODS / swarm.control.rate_hz,
-        braking=swarm.limits.acceleration,
-        separation=swarm.avoidance.kept,
-        sidestep=sidestep_parameters(swarm),
-        detour=detour_parameters(swarm, LEADER),
-    )
-
-
-def teleoperation_parameters(swarm: Swarm) -> TeleoperationParameters:
-    """Return the parameters of the teleoperated leader of `swarm`."""
-    leader, limits = swarm.leader, swarm.limits
-    return TeleoperationParameters(
-        leader.speed, leader.acceleration, limits.vertical_speed, limits.staleness.steering_stop
-    )
-
-
-def tracked_parameters(swarm: Swarm) -> TrackedParameters:
-    """Return the parameters of the leader of `swarm`, if a person carries it."""
-    return TrackedParameters(1.0 / swarm.control.rate_hz, swarm.body(LEADER), swarm.limits.staleness.pose_zero)
-
-
-def virtual_parameters(swarm: Swarm) -> VirtualParameters:
-    """Return the parameters of the virtual leader of `swarm`."""
-    leader = swarm.leader
-    return VirtualParameters(swarm.frame, 1.0 / swarm.control.rate_hz, leader.trajectory.build(), leader.start)
 
 
 def guard_parameters(swarm: Swarm, number: int) -> GuardParameters:

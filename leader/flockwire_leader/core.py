@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from flockwire_core.control.around.way_of_mover import WayOfMover
+from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.airframe import Command
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, subtract
-from flockwire_core.parameters import LeaderParameters, leader_parameters, tracked_parameters, virtual_parameters
+from flockwire_core.parameters import detour_parameters, pilot_parameters
 from flockwire_core.pilot.pilot import Pilot
 from flockwire_core.process.cores import Start
+from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import MISSION, Key
 from flockwire_core.wire.phase import Phase
@@ -26,16 +28,17 @@ SILENCE = 0.0  # s: the leader has no in-neighbours
 class FlyingLeader:
     """Flies drone 0 along the trajectory, or as a person steers it; started at `now` (Unix ns)."""
 
-    def __init__(self, parameters: LeaderParameters, now: int) -> None:
-        pilot, course, teleoperation = parameters
+    def __init__(self, swarm: Swarm, now: int) -> None:
+        pilot, airframe = pilot_parameters(swarm, LEADER), swarm.airframe(LEADER)
         self._pilot = Pilot(pilot, now)
         self.triggers = frozenset({self._pilot.pose_key})
         self.prompt = frozenset({MISSION})
         self.period = pilot.period
-        self._course = Course(course)
-        self._mover = WayOfMover(course.detour) if course.filtered else None
-        self._leads_stopping = pilot.guard is not None and (course.ahead > 0.0 or pilot.disturbance > 0.0)
-        self._teleoperation = None if teleoperation is None else Teleoperation(teleoperation)
+        self._course = Course(swarm)
+        self._mover = WayOfMover(detour_parameters(swarm, LEADER)) if swarm.control.filtered else None
+        ahead = airframe.lag + airframe.dead_time  # s
+        self._leads_stopping = pilot.guard is not None and (ahead > 0.0 or pilot.disturbance > 0.0)
+        self._teleoperation = Teleoperation(swarm) if swarm.leader.steered else None
         self._flown: Mission | None = None  # the order of the course
 
     def receive(self, key: Key, message: Message, now: int) -> None:
@@ -101,8 +104,8 @@ def make_core(start: Start) -> FlyingLeader | TrackedLeader | VirtualLeader:
     swarm = start.plan.swarm
     match swarm.leader.kind:
         case "tracked":
-            return TrackedLeader(tracked_parameters(swarm))
+            return TrackedLeader(swarm)
         case "virtual":
-            return VirtualLeader(virtual_parameters(swarm), start.now)
+            return VirtualLeader(swarm, start.now)
         case _:
-            return FlyingLeader(leader_parameters(swarm), start.now)
+            return FlyingLeader(swarm, start.now)

@@ -19,11 +19,14 @@ from math import hypot, inf
 
 from flockwire_core.control.around.bent_place import BentPlace
 from flockwire_core.control.around.sidestep import Sidestep
+from flockwire_core.control.graph import LEADER
 from flockwire_core.control.trajectory_time import LONGEST_STEP, TrajectoryTime, falling, free_error
 from flockwire_core.domain.body import Body, BodyKind
 from flockwire_core.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
-from flockwire_core.parameters import CourseParameters
+from flockwire_core.parameters import detour_parameters, sidestep_parameters
+from flockwire_core.swarm.model import Swarm
 
+REACTION_PERIODS = 3.0  # control periods, from a command to the pose that shows it
 SLACK = 0.3  # m beyond the free error at which the trajectory stops
 CLEAR = 0.2  # m beyond the safety distance from which on a goal may wait
 CATCH_UP = 0.5  # m/s, largest correction, unless the trajectory itself is faster
@@ -33,13 +36,19 @@ SIDE_SWITCH_TIME = 10.0  # s without progress: half around an obstacle takes lon
 class Course:
     """The leader's trajectory, from where it is when it begins; `time` is the trajectory's own, with its waits."""
 
-    def __init__(self, parameters: CourseParameters) -> None:
-        self._trajectory, self._gain, self._filtered = parameters.trajectory, parameters.gain, parameters.filtered
+    def __init__(self, swarm: Swarm) -> None:
+        airframe, leader = swarm.airframe(LEADER), swarm.leader
+        self._trajectory, self._gain, self._filtered = (
+            leader.trajectory.build(),
+            leader.tracking_gain,
+            swarm.control.filtered,
+        )
         self.time = TrajectoryTime(LONGEST_STEP if self._filtered else inf)
-        self._ahead = parameters.ahead
-        self._delay, self._braking, self._separation = parameters.delay, parameters.braking, parameters.separation
-        self._sidestep = Sidestep(parameters.sidestep, SIDE_SWITCH_TIME)
-        self._detour = parameters.detour
+        self._ahead = airframe.lag + airframe.dead_time
+        self._delay = self._ahead + REACTION_PERIODS / swarm.control.rate_hz
+        self._braking, self._separation = swarm.limits.acceleration, swarm.avoidance.kept
+        self._sidestep = Sidestep(sidestep_parameters(swarm), SIDE_SWITCH_TIME)
+        self._detour = detour_parameters(swarm, LEADER)
         self._straighten()
         self._origin = ZERO  # start of the trajectory, m
         self._passed = 0.0  # m along the trajectory

@@ -5,9 +5,9 @@ from __future__ import annotations
 from flockwire_core.domain.airframe import Command
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add, limit, norm, subtract
-from flockwire_core.parameters import TeleoperationParameters
 from flockwire_core.pilot.phases import age
 from flockwire_core.pilot.place import keep_place
+from flockwire_core.swarm.model import Swarm
 
 STILL = 1e-6  # m/s below which the leader holds its position
 
@@ -15,11 +15,12 @@ STILL = 1e-6  # m/s below which the leader holds its position
 class Teleoperation:
     """Follows the leader's newest steering command within its speed and acceleration.
 
-    A command older than `parameters.stale` is none: the leader stops at once.
+    A command older than limits.staleness.steering_stop is none: the leader stops at once.
     """
 
-    def __init__(self, parameters: TeleoperationParameters) -> None:
-        self._parameters = parameters
+    def __init__(self, swarm: Swarm) -> None:
+        self._speed, self._acceleration = swarm.leader.speed, swarm.leader.acceleration  # m/s, m/s^2
+        self._vertical_speed, self._stale = swarm.limits.vertical_speed, swarm.limits.staleness.steering_stop  # m/s, s
         self._newest: Command | None = None
         self._velocity: Vector = ZERO
         self._place: Vector | None = None  # held while it is not steered
@@ -34,22 +35,22 @@ class Teleoperation:
 
     def velocity(self, position: Vector, now: int, dt: float) -> Vector:
         """Return the desired velocity, m/s, at `position` (m) and `now` (Unix ns), `dt` s after the last one."""
-        newest, (speed, acceleration, vertical_speed, stale) = self._newest, self._parameters
-        if newest is None or age(newest.stamp, now) > stale:
+        newest = self._newest
+        if newest is None or age(newest.stamp, now) > self._stale:
             self._velocity = ZERO
         else:
-            wanted = limit(newest.velocity, speed)
-            change = limit(subtract(wanted, self._velocity), acceleration * dt)
+            wanted = limit(newest.velocity, self._speed)
+            change = limit(subtract(wanted, self._velocity), self._acceleration * dt)
             self._velocity = add(self._velocity, change)
         if norm(self._velocity) > STILL:
             self._place = None
             return self._velocity
         self._place = self._place or position
-        return keep_place(position, self._place, vertical_speed)
+        return keep_place(position, self._place, self._vertical_speed)
 
     def described(self, now: int) -> str:
         """Return the problem of the link, empty while commands arrive."""
         if self._newest is None:
             return "no steering command"
         silence = (now - self._newest.stamp) / SECOND
-        return f"no steering command for {silence:.1f} s" if silence > self._parameters.stale else ""
+        return f"no steering command for {silence:.1f} s" if silence > self._stale else ""

@@ -6,11 +6,10 @@ from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
-from flockwire_core.parameters import TrackedParameters
 from flockwire_core.pilot.orders import Orders
 from flockwire_core.pilot.phases import NEVER, age
 from flockwire_core.process.cores import Ground
-from flockwire_core.swarm.model import uav
+from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import MISSION, Key
 from flockwire_core.wire.phase import Phase
@@ -20,9 +19,10 @@ from flockwire_core.wire.status import Report
 class TrackedLeader(Ground):
     """Reports whether the tracker sees the body; the gateway publishes its pose to the followers."""
 
-    def __init__(self, parameters: TrackedParameters) -> None:
+    def __init__(self, swarm: Swarm) -> None:
         super().__init__()
-        self.period, self._body, self._limit = parameters
+        self.period, self._body = 1.0 / swarm.control.rate_hz, swarm.body(LEADER)
+        self._limit = swarm.limits.staleness.pose_zero  # s
         self._pose_key = Key("pose", uav(LEADER))
         self._pose: Pose | None = None
         self._orders = Orders()

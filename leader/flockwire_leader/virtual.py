@@ -5,10 +5,9 @@ from __future__ import annotations
 from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
-from flockwire_core.parameters import VirtualParameters
 from flockwire_core.pilot.moving_point import MovingPoint
 from flockwire_core.process.cores import Ground
-from flockwire_core.swarm.model import uav
+from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import MISSION, Key
 from flockwire_core.wire.phase import Phase
@@ -18,11 +17,11 @@ from flockwire_core.wire.status import Report
 class VirtualLeader(Ground):
     """A point that moves along the trajectory after a start order, and rests after any other."""
 
-    def __init__(self, parameters: VirtualParameters, now: int) -> None:
+    def __init__(self, swarm: Swarm, now: int) -> None:
         super().__init__()
         self.prompt = frozenset({MISSION})
-        self._frame, self.period, trajectory, start = parameters
-        self._point = MovingPoint(trajectory, start, now)
+        self._frame, self.period = swarm.frame, 1.0 / swarm.control.rate_hz
+        self._point = MovingPoint(swarm.leader.trajectory.build(), swarm.leader.start, now)
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Receive a message."""

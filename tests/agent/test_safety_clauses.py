@@ -14,7 +14,7 @@ from flockwire_core.control.around.way_round import WayRound
 from flockwire_core.control.barrier import sight_speed
 from flockwire_core.control.safety_filter import nearest_velocity
 from flockwire_core.domain.vector import ZERO
-from flockwire_core.parameters import LeaderParameters, leader_parameters
+from flockwire_core.parameters import PilotParameters, pilot_parameters
 from flockwire_core.swarm.model import Swarm
 
 FAR = [0.0, 9.0]
@@ -114,9 +114,8 @@ CLAUSES = {
 }  # fmt: skip
 
 
-def unguarded(swarm: Swarm) -> LeaderParameters:
-    parameters = leader_parameters(swarm)
-    return parameters._replace(pilot=parameters.pilot._replace(guard=None))
+def unguarded(swarm: Swarm, number: int) -> PilotParameters:
+    return pilot_parameters(swarm, number)._replace(guard=None)
 
 
 @pytest.mark.sources  # replaces compiled functions
@@ -128,7 +127,7 @@ def test_without_the_clause_it_goes_wrong(
     monkeypatch.setattr(BentPlace, "update", lambda *_: (ZERO, ZERO))  # nor does a place: only the clause is between
     monkeypatch.setattr(WayRound, "turned", lambda _, correction, *given: (correction, given[3]))
     if clause.stubborn_leader:
-        monkeypatch.setattr("flockwire_leader.core.leader_parameters", unguarded)
+        monkeypatch.setattr("flockwire_leader.core.pilot_parameters", unguarded)
     flown = fly_flock(clause.starts, clause.offsets, clause.changes, clause.duration)
     assert clause.holds(flown), flown
     for attribute, replacement in clause.out.items():

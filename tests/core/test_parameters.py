@@ -1,15 +1,7 @@
 """What cores fly by comes from the swarm file, key by key."""
 
 import pytest
-from flockwire_core.control.trajectory import Circling
-from flockwire_core.parameters import (
-    agent_parameters,
-    course_parameters,
-    leader_parameters,
-    pilot_parameters,
-    tracked_parameters,
-    virtual_parameters,
-)
+from flockwire_core.parameters import agent_parameters, pilot_parameters
 from flockwire_core.swarm.laws import BUILT_IN
 
 RATE = {"control.rate_hz": 50}
@@ -38,26 +30,3 @@ def test_filter_and_law_of_a_tello_know_what_it_flies_at_full_stick(make_swarm, 
     tello, other = pilot_parameters(swarm, 1), pilot_parameters(swarm, 2)
     assert (tello.speed, other.speed) == (pytest.approx(fastest), limit)
     assert tello.guard.speed == agent_parameters(swarm, 1).settings.speed == tello.speed
-
-
-def test_the_course_counts_lag_dead_time_and_three_periods_until_a_pose_shows_a_command(make_swarm):
-    course = course_parameters(make_swarm({**RATE, **AIRFRAME, "leader.tracking_gain": 1.5}))
-    assert course.delay == pytest.approx(0.25 + 0.1 + 3 / 50)
-    assert course.gain == 1.5
-
-
-def test_a_leader_is_steered_only_where_it_is_teleoperated(make_swarm):
-    assert leader_parameters(make_swarm()).teleoperation is None
-    steered = {"leader": {"kind": "teleoperated", "speed": 0.4, "acceleration": 2.0}, "control.law": "extended"}
-    found = leader_parameters(make_swarm({**steered, "limits.staleness.steering_stop": 0.7})).teleoperation
-    assert found is not None
-    assert (found.speed, found.acceleration, found.stale) == (0.4, 2.0, 0.7)
-
-
-def test_a_leader_without_an_airframe_has_a_trajectory_or_a_body(make_swarm):
-    virtual = {"leader": {"kind": "virtual", "start": [1.0, 2.0, 1.5], "trajectory": {"kind": "circle"}}}
-    point = virtual_parameters(make_swarm({**RATE, **virtual, "drones.0": None}))
-    assert (point.period, point.start) == (0.02, (1.0, 2.0, 1.5))
-    assert isinstance(point.trajectory, Circling)
-    carried = {"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2], "drones.0.body": "wand"}
-    assert tracked_parameters(make_swarm({**RATE, **carried})).body == "wand"

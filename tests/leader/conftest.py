@@ -13,7 +13,6 @@ from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.domain.vector import Vector, add, limit, scale, subtract
-from flockwire_core.parameters import leader_parameters
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.keys import MISSION, Key
 from flockwire_core.wire.phase import Phase
@@ -28,7 +27,7 @@ class Seat:
     """A flying leader; what is `silent` (kinds of keys) does not arrive."""
 
     def __init__(self, swarm: Swarm) -> None:
-        self.now, self.core, self.swarm = BEGAN, FlyingLeader(leader_parameters(swarm), BEGAN), swarm
+        self.now, self.core, self.swarm = BEGAN, FlyingLeader(swarm, BEGAN), swarm
         self.position, self.velocity, self.before = STILL, STILL, STILL
         self.state, self.battery = FlightState.GROUNDED, 1.0
         self.silent: set[str] = set()

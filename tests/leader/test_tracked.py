@@ -2,7 +2,6 @@ import pytest
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
-from flockwire_core.parameters import tracked_parameters
 from flockwire_core.wire.keys import MISSION, Key
 from flockwire_leader.tracked import TrackedLeader
 
@@ -13,7 +12,7 @@ TRACKED = {"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2], "drones.
 @pytest.fixture
 def leader(make_swarm):
     """Return a tracked leader that nothing has reached yet."""
-    return TrackedLeader(tracked_parameters(make_swarm(TRACKED)))
+    return TrackedLeader(make_swarm(TRACKED))
 
 
 def test_it_is_tracked_while_its_pose_comes_and_reports_since_when_it_is_lost(leader):

@@ -4,7 +4,6 @@ import pytest
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import add
-from flockwire_core.parameters import virtual_parameters
 from flockwire_core.wire.keys import MISSION, Key
 from flockwire_core.wire.phase import Phase
 from flockwire_leader.virtual import VirtualLeader
@@ -22,7 +21,7 @@ def place(leader, now):
 
 
 def test_a_virtual_leader_rests_at_its_start_until_the_mission_starts(make_swarm):
-    leader = VirtualLeader(virtual_parameters(make_swarm(VIRTUAL)), BEGAN)
+    leader = VirtualLeader(make_swarm(VIRTUAL), BEGAN)
     assert place(leader, BEGAN) == (1.0, 2.0, 1.5)
     leader.receive(MISSION, Mission(BEGAN, "world", "start", BEGAN + SECOND), BEGAN)
     assert place(leader, BEGAN + SECOND) == (1.0, 2.0, 1.5)
@@ -34,7 +33,7 @@ def test_a_virtual_leader_rests_at_its_start_until_the_mission_starts(make_swarm
 
 @pytest.mark.parametrize("order", [("hold", 0), ("land", 0), ("start", 40 * SECOND + SECOND // 2)])
 def test_a_virtual_leader_never_jumps(make_swarm, order):
-    leader = VirtualLeader(virtual_parameters(make_swarm(VIRTUAL)), BEGAN)
+    leader = VirtualLeader(make_swarm(VIRTUAL), BEGAN)
     leader.receive(MISSION, Mission(BEGAN, "world", "start", BEGAN), BEGAN)
     verb, start = order
     now, before = BEGAN + 40 * SECOND, place(leader, BEGAN + 40 * SECOND)

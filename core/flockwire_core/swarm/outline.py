@@ -39,7 +39,7 @@ class Key(NamedTuple):
     @property
     def meaning(self) -> str:
         """What it is."""
-        return str(self.part.get("description", ""))
+        return str(self.part.get("meaning", ""))
 
     @property
     def default(self) -> str:
@@ -53,13 +53,32 @@ class Key(NamedTuple):
 
 
 class _Generator(GenerateJsonSchema):
-    """Keeps the order of the models; accepts types of a user's model that JSON does not have."""
+    """Makes schemas for TOML, which has no null; editors check a table by its kind only (`oneOf`: by all kinds).
+
+    It keeps the order of the models, and accepts types of a user's model that JSON does not have.
+    """
 
     def sort(self, value: JsonSchemaValue, parent_key: str | None = None) -> JsonSchemaValue:
         return value
 
     def handle_invalid_for_json_schema(self, schema: Any, error_info: str) -> JsonSchemaValue:  # noqa: ANN401
         return {}
+
+    def nullable_schema(self, schema: Any) -> JsonSchemaValue:  # noqa: ANN401
+        return self.generate_inner(schema["schema"])
+
+    def tagged_union_schema(self, schema: Any) -> JsonSchemaValue:  # noqa: ANN401
+        discriminator = super().tagged_union_schema(schema)["discriminator"]
+        name, refs = discriminator["propertyName"], discriminator["mapping"]
+        tables = [self.get_schema_from_definitions(ref) or {} for ref in refs.values()]
+        offered: Part = {key: {} for table in tables for key in table["properties"]}  # by editors
+        of_kind = [
+            {"if": {"properties": {name: {"const": kind}}, "required": [name]}, "then": {"$ref": ref}}
+            for kind, ref in refs.items()
+        ]
+        properties = offered | {name: {"enum": [*refs]}}
+        return {"discriminator": discriminator, "type": "object", "properties": properties, "required": [name],
+                "allOf": of_kind}  # fmt: skip
 
 
 class Outline:
@@ -69,10 +88,7 @@ class Outline:
         self.top: Part = model.model_json_schema(schema_generator=_Generator)
 
     def plain(self, part: Part) -> Part:
-        """Return a schema without its alternative null; that of a table has the table's keys and its `purpose`."""
-        given = [one for one in part.get("anyOf", ()) if one != {"type": "null"}]
-        if len(given) == 1:
-            part = given[0] | {key: value for key, value in part.items() if key != "anyOf"}
+        """Return a schema; that of a table has the table's keys and its `purpose`."""
         if "$ref" not in part:
             return part
         table = self.top["$defs"][part["$ref"].rpartition("/")[2]]
@@ -95,10 +111,7 @@ class Outline:
     def _tables(self, part: Part) -> Iterator[tuple[str, Part]]:
         """Yield the tables in a value, each with the path between."""
         part = self.plain(part)
-        if "properties" in part:
-            yield "", part
-        for kind in self.kinds(part).values():
-            yield "", kind
+        yield from (("", kind) for kind in self.kinds(part).values() or ([part] if "properties" in part else []))
         for inner, suffix in ((part.get("additionalProperties"), ".NAME"), (part.get("items"), ".N")):
             if isinstance(inner, dict):
                 yield from ((suffix + rest, table) for rest, table in self._tables(inner))
@@ -167,3 +180,8 @@ def _bounded(what: str, part: Part) -> str:
         "maximum": "of {:g} or less",
     }
     return f"{what} {' and '.join(text.format(part[key]) for key, text in words.items() if key in part)}".strip()
+
+
+def schema(model: type[BaseModel]) -> Part:
+    """Return the JSON Schema of the files that `model` describes, for editors."""
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **Outline(model).top}

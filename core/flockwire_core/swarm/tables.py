@@ -20,6 +20,7 @@ from pydantic import (
     WithJsonSchema,
     model_validator,
 )
+from pydantic.config import JsonDict
 from pydantic.json_schema import SkipJsonSchema
 
 from flockwire_core.control.fence import Room
@@ -31,7 +32,8 @@ def key(default: Any, meaning: str, unit: str = "", **bounds: Any) -> Any:  # no
 
     Refusals, pages and editors use all four.
     """
-    return Field(default, description=meaning, json_schema_extra={"unit": unit} if unit else None, **bounds)
+    described: JsonDict = {"unit": unit, "meaning": meaning}
+    return Field(default, description=f"{unit}, {meaning}" if unit else meaning, json_schema_extra=described, **bounds)
 
 
 @dataclass(frozen=True, slots=True)

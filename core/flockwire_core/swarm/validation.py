@@ -76,12 +76,13 @@ def _problem(outline: Outline, detail: dict[str, Any]) -> Problem:
         return Problem(key, f"unknown key; {_suggestion(outline, keys, outline.at(location[:-1])[1])}", value)
     if kind == "missing":
         return Problem(key, NO_DEFAULT + (f" and must be {must}" if must else ""))
-    if kind == "union_tag_not_found":
-        return Problem(f"{key}.kind", f"missing; must be {one_of(outline.kinds(part))}")
-    if kind == "union_tag_invalid":
-        given, kinds = detail["input"]["kind"], outline.kinds(part)
-        return Problem(f"{key}.kind", f"must be {one_of(kinds)}{meant(given, kinds)}", shown(given))
-    if kind in ("less_than", "less_than_equal") and "unit" in part:
+    if kind in ("union_tag_invalid", "union_tag_not_found"):
+        name, kinds = part["discriminator"]["propertyName"], outline.kinds(part)
+        if name not in detail["input"]:
+            return Problem(f"{key}.{name}", f"missing; must be {one_of(kinds)}")
+        given = detail["input"][name]
+        return Problem(f"{key}.{name}", f"must be {one_of(kinds)}{meant(given, kinds)}", shown(given))
+    if kind in ("less_than", "less_than_equal") and part.get("unit"):
         must += f", in {part['unit']}"  # it may have been given in another one
     near = meant(detail["input"], part.get("enum", ()))
     return Problem(key, f"must be {must}{near}" if must else "this is not allowed here", value)

@@ -14,8 +14,7 @@ from flockwire_core.control.formation import Circle
 from flockwire_core.swarm.airframes import KINEMATICS
 from flockwire_core.swarm.drones import AirframeKeys
 from flockwire_core.swarm.model import Swarm
-from flockwire_core.swarm.outline import Key, Outline
-from flockwire_core.swarm.schema import schema
+from flockwire_core.swarm.outline import Key, Outline, schema
 from flockwire_core.wire.processes import GATEWAY
 
 SPACING = 1.2  # m between neighbours on the circle
@@ -60,7 +59,7 @@ def write_swarm(file: Path, drones: int, ideal: bool = False) -> None:
     file.write_text(swarm_text(name[:LONGEST_NAME], drones, ideal), encoding="utf-8")
     beside = file.parent / SCHEMA
     beside.parent.mkdir(exist_ok=True)
-    beside.write_text(json.dumps(schema(), indent=1) + "\n", encoding="utf-8")
+    beside.write_text(json.dumps(schema(Swarm), indent=1) + "\n", encoding="utf-8")
 
 
 def swarm_text(name: str, drones: int, ideal: bool) -> str:

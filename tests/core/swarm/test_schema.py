@@ -5,8 +5,7 @@ from pathlib import Path
 
 import pytest
 from flockwire_core.swarm.model import Swarm
-from flockwire_core.swarm.outline import Outline
-from flockwire_core.swarm.schema import schema
+from flockwire_core.swarm.outline import Outline, schema
 from jsonschema import Draft202012Validator
 
 ROOT = Path(__file__).parents[3]
@@ -18,7 +17,7 @@ def test_every_key_says_what_it_is():
 
 @pytest.fixture(scope="module")
 def validator():
-    Draft202012Validator.check_schema(made := schema())
+    Draft202012Validator.check_schema(made := schema(Swarm))
     return Draft202012Validator(made)
 
 
