@@ -74,17 +74,21 @@ def problems(swarm: Swarm, to_fly: bool = True) -> list[str]:
 
     For a swarm that is not `to_fly`, because it has flown, no law is imported; it may be missing here.
     """
-    own = (rule for row in AIRFRAMES if row.rules for rule in load_object(row.rules))
-    stages: tuple[tuple[Rule, ...], ...] = (
-        rules.TABLES,
-        (*rules.RULES, *formation_rules.RULES, *airframe_rules.RULES, *own, *gateway_rules.RULES, *ros_rules.RULES),
-        (*formation_rules.LATER, *address_rules.RULES, *((law_problems,) if to_fly else ())),
-        (law_failures,) if to_fly else (),
-    )
-    for stage in stages:
+    for stage in _stages(to_fly):
         if found := [problem for rule in stage for problem in rule(swarm)]:
             return list(dict.fromkeys(str(problem.of(swarm)) for problem in found))
     return []
+
+
+def _stages(to_fly: bool) -> Iterator[tuple[Rule, ...]]:
+    """Yield the rules; those of a stage need that the ones before are kept."""
+    own = (rule for row in AIRFRAMES if row.rules for rule in load_object(row.rules))
+    yield rules.TABLES
+    yield (*rules.RULES, *formation_rules.RULES, *airframe_rules.RULES, *own, *gateway_rules.RULES, *ros_rules.RULES)
+    yield (*formation_rules.LATER, *address_rules.RULES)
+    if to_fly:
+        yield (law_problems,)
+        yield (law_failures,)
 
 
 def _tables(table: dict[str, object], key: str) -> list[tuple[str, object]]:

@@ -14,7 +14,13 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from flockwire_core.swarm.wording import one_of, shown
 
 Part = dict[str, Any]  # the JSON Schema of a value
-_SIMPLE = {"boolean": "true or false", "integer": "a whole number", "number": "a number", "string": "text in quotes"}
+_SIMPLE = {
+    "boolean": "true or false",
+    "integer": "a whole number",
+    "number": "a number",
+    "string": "text in quotes",
+    "object": "a table, { … }",
+}
 _NUMBERS = {1: "one number", 2: "two numbers", 3: "three numbers [x, y, z]"}
 
 
@@ -135,17 +141,19 @@ class Outline:
     def takes(self, part: Part) -> str:
         """Return the allowed values, to follow `must be`; empty if unknown."""
         part = self.plain(part)
-        kind = part.get("type")
         if "takes" in part:
             return str(part["takes"])
-        if words := part.get("enum") or self.kinds(part) or [one for key, one in part.items() if key == "const"]:
-            return ("a table whose kind is " if "discriminator" in part else "") + one_of(map(str, words))
-        if kind == "array":
-            return self._list(part)
-        if kind != "object":
-            return _bounded(_SIMPLE.get(kind or "", ""), part)
-        named = any(suffix == ".NAME" for suffix, _ in self._tables(part))
-        return "a table of tables, each with a name" if named else "a table, { … }"
+        if kinds := self.kinds(part):
+            return f"a table whose kind is {one_of(kinds)}"
+        if "enum" in part or "const" in part:
+            return one_of(map(str, part.get("enum", [part.get("const")])))
+        match part.get("type"):
+            case "array":
+                return self._list(part)
+            case "object" if any(suffix == ".NAME" for suffix, _ in self._tables(part)):
+                return "a table of tables, each with a name"
+            case kind:
+                return _bounded(_SIMPLE.get(kind or "", ""), part)
 
     def _list(self, part: Part) -> str:
         """Return the text of a list."""

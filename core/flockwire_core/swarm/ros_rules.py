@@ -35,15 +35,17 @@ def _own_topics(swarm: Swarm) -> Iterator[Problem]:
 
 def _bodies(swarm: Swarm) -> Iterator[Problem]:
     table = swarm.gateway.ros
-    if not swarm.gateway.from_ros:
-        return
-    for i in swarm.tracked:
+    for i in swarm.tracked if swarm.gateway.from_ros else ():
         body = str(swarm.body(i))
         if table.array is None and not re.fullmatch(r"\w+", body):
             yield Problem("gateway.ros.topic", f"body {body!r} of {uav(i)} cannot be part of a topic")
         if table.array is not None and table.bodies and body not in table.bodies:
             yield Problem("gateway.ros.bodies", f"must have body {body!r} of {uav(i)}")
-    for body in {body for body in table.bodies if table.bodies.count(body) > 1}:
+
+
+def _once(swarm: Swarm) -> Iterator[Problem]:
+    bodies = swarm.gateway.ros.bodies if swarm.gateway.from_ros else ()
+    for body in sorted({body for body in bodies if bodies.count(body) > 1}):
         yield Problem("gateway.ros.bodies", f"has {body!r} twice")
 
 
@@ -55,4 +57,4 @@ def _services(swarm: Swarm) -> Iterator[Problem]:
             yield Problem(f"formations.{name}", "must be letters, digits and _, because ros.orders has it as a service")
 
 
-RULES: tuple[Rule, ...] = (_leader, _own_topics, _bodies, _services)
+RULES: tuple[Rule, ...] = (_leader, _own_topics, _bodies, _once, _services)

@@ -56,14 +56,18 @@ def _drones(swarm: Swarm) -> Iterator[Problem]:
         for key, name, known in (("airframe", drone.airframe, swarm.airframes), ("host", drone.host, swarm.hosts)):
             if name is not None and name not in known:
                 yield Problem(f"drones.{place}.{key}", f"must be one of [{key}s], {sorted(known)}{meant(name, known)}")
+
+
+def _members(swarm: Swarm) -> Iterator[Problem]:
+    has_leader = any(drone.id == LEADER for drone in swarm.drones)
     if not swarm.hosts:
         yield Problem("hosts", "at least one host is needed (without the table there is one called local)")
     if not swarm.followers:
         yield Problem("drones", "at least one follower (an id above 0) is needed")
-    if swarm.leader.has_body and LEADER not in ids:
+    if swarm.leader.has_body and not has_leader:
         leader = f"leader.kind = {swarm.leader.kind!r} has its own body"
         yield Problem("drones", f"the leader, id 0, is missing ({leader})")
-    if not swarm.leader.has_body and LEADER in ids:
+    if not swarm.leader.has_body and has_leader:
         yield Problem("drones", "id 0 is the leader, and leader.kind = 'virtual' has no drone")
 
 
@@ -79,14 +83,16 @@ def _graph(swarm: Swarm) -> Iterator[Problem]:
     ends = [edge[:2] for edge in swarm.graph.edges]
     problems = []
     for place, (source, target) in enumerate(ends):
-        rules = [f"there is no drone {end}" for end in (source, target) if end not in known]
-        if target == LEADER:
-            rules.append("the leader has no in-neighbours")
-        if source == target:
-            rules.append("a drone is not its own neighbour")
-        if (source, target) in ends[:place]:
-            rules.append("this edge appears twice")
-        problems += [Problem(f"graph.edges.{place}", rule, shown((source, target))) for rule in rules]
+        broken = {
+            f"there is no drone {source}": source not in known,
+            f"there is no drone {target}": target not in known,
+            "the leader has no in-neighbours": target == LEADER,
+            "a drone is not its own neighbour": source == target,
+            "this edge appears twice": (source, target) in ends[:place],
+        }
+        problems += [
+            Problem(f"graph.edges.{place}", rule, shown(ends[place])) for rule, is_so in broken.items() if is_so
+        ]
     yield from problems
     if not problems and (lost := swarm.topology.unreachable()):
         names = ", ".join(map(uav, lost))
@@ -141,5 +147,5 @@ def _starts(swarm: Swarm) -> Iterator[Problem]:
             yield Problem(f"drones.{j}.start", f"{beside(gap, least)} m from drones.{i}.start, {must}")
 
 
-TABLES: tuple[Rule, ...] = (_drones, _law, _fence, _ordered)  # those of single tables
+TABLES: tuple[Rule, ...] = (_drones, _members, _law, _fence, _ordered)  # those of single tables
 RULES: tuple[Rule, ...] = (_graph, _heights, _starts)

@@ -70,22 +70,26 @@ def _problem(outline: Outline, detail: dict[str, Any]) -> Problem:
         kind, location = "too_short", location[:-1]  # a list lacks an item
     keys, part = outline.at(location)
     key, must = ".".join(map(str, keys)), outline.takes(part)
-    if kind == "value_error":
-        return Problem(key, str(detail["ctx"]["error"]), value if keys else None)  # that of a whole file names its key
-    if kind == "extra_forbidden":
-        return Problem(key, f"unknown key; {_suggestion(outline, keys, outline.at(location[:-1])[1])}", value)
-    if kind == "missing":
-        return Problem(key, NO_DEFAULT + (f" and must be {must}" if must else ""))
-    if kind in ("union_tag_invalid", "union_tag_not_found"):
-        name, kinds = part["discriminator"]["propertyName"], outline.kinds(part)
-        if name not in detail["input"]:
-            return Problem(f"{key}.{name}", f"missing; must be {one_of(kinds)}")
-        given = detail["input"][name]
-        return Problem(f"{key}.{name}", f"must be {one_of(kinds)}{meant(given, kinds)}", shown(given))
-    if kind in ("less_than", "less_than_equal") and part.get("unit"):
+    match kind:
+        case "value_error":
+            return Problem(key, str(detail["ctx"]["error"]), value if keys else None)  # that of a file names its key
+        case "extra_forbidden":
+            return Problem(key, f"unknown key; {_suggestion(outline, keys, outline.at(location[:-1])[1])}", value)
+        case "missing":
+            return Problem(key, f"{NO_DEFAULT} and must be {must}" if must else NO_DEFAULT)
+        case "union_tag_not_found" | "union_tag_invalid":
+            return _unknown_kind(key, part["discriminator"]["propertyName"], outline.kinds(part), detail["input"])
+    if kind.startswith("less_than") and part.get("unit"):
         must += f", in {part['unit']}"  # it may have been given in another one
     near = meant(detail["input"], part.get("enum", ()))
     return Problem(key, f"must be {must}{near}" if must else "this is not allowed here", value)
+
+
+def _unknown_kind(key: str, name: str, kinds: Mapping[str, object], table: dict[str, object]) -> Problem:
+    """Refuse the kind of a table, its key `name`, or its lack."""
+    if name not in table:
+        return Problem(f"{key}.{name}", f"missing; must be {one_of(kinds)}")
+    return Problem(f"{key}.{name}", f"must be {one_of(kinds)}{meant(table[name], kinds)}", shown(table[name]))
 
 
 def _suggestion(outline: Outline, keys: tuple[str | int, ...], table: dict[str, Any]) -> str:
@@ -103,8 +107,8 @@ def _elsewhere(outline: Outline, path: list[str], name: str) -> list[str]:
     """Return up to two keys of the whole file with this name, first from another kind of the same table."""
     here = ".".join("N" if key.isdigit() else key for key in path)
     found = sorted((key for key in outline.entries() if key.name == name), key=_is_switch)
-    kinds = [one.table["properties"]["kind"] for one in found if one.path == here and "kind" in one.table["properties"]]
-    of_kind = [f"kind = {shown(kind['const'])}" for kind in kinds if "const" in kind]
+    kinds = [key.table["properties"].get("kind", {}).get("const") for key in found if key.path == here]
+    of_kind = [f"kind = {shown(kind)}" for kind in kinds if kind is not None]
     return of_kind[:1] or list(dict.fromkeys(key.text for key in found))[:2]
 
 

@@ -1,8 +1,11 @@
-"""The figures of a study. Only this file and over.py import matplotlib, which is slow to import."""
+"""The figures of a study. Only this file imports matplotlib, which is slow to import."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from math import nan
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from flockwire_analysis.figures.drawing import DANGER, INK, OKABE_ITO, STYLE, Picture
@@ -11,12 +14,12 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
+from pydantic import JsonValue
 
-from flockwire_lab.study.findings import QUANTITIES, Findings, Quantity, label
-from flockwire_lab.study.over import over, varied_keys
+from flockwire_lab.study.findings import QUANTITIES, Findings, GridPointFigures, Quantity, label
 
 WIDE = {**STYLE, "font.size": 10.5, "xtick.labelsize": 9.5, "ytick.labelsize": 9.5, "legend.fontsize": 9.5}
-MOST_CURVES = len(OKABE_ITO)
+FEWEST = 3  # values of a parameter that make a curve
 SUCCESS = "The share of the flights that passed all checks, with its 95 % interval (Wilson)."
 DISTRIBUTIONS = "The share of the flights with at most a value; a dashed line is a bound of the swarm file."
 OVER = "The median of the flights, and a band up to the bound that 95 % of them keep."
@@ -53,43 +56,88 @@ def _success(findings: Findings) -> Figure:
     return figure
 
 
-def _distributions(findings: Findings, swarm: Swarm) -> Figure:
+def _panels(findings: Findings, draw_in: Callable[[Axes, Quantity], None]) -> Figure:
+    """Return a figure with a panel for each figure that a run has, drawn by `draw_in`, and one legend."""
     known = [q for q in QUANTITIES if any(row.figures[q.key] is not None for row in findings.rows)] or [QUANTITIES[0]]
     figure = Figure(figsize=(11.0, 3.2 * -(-len(known) // 2) + 0.4), layout="constrained")
     panels = figure.subplots(-(-len(known) // 2), 2, squeeze=False).ravel()
     for axes, quantity in zip(panels, known, strict=False):
-        _distribution(axes, findings, quantity)
-        limit = _limit(quantity, swarm)
-        if limit is not None:
-            axes.axvline(limit, color=DANGER, linewidth=1.1, linestyle=(0, (4, 2)))
+        draw_in(axes, quantity)
+        _title(axes, quantity.text[0].upper() + quantity.text[1:])
     for axes in panels[len(known) :]:
         axes.set_visible(False)
-    if len(findings.rows) > 1:
-        handles = panels[0].get_lines()[: min(len(findings.rows), MOST_CURVES)]
+    handles = [line for line in panels[0].get_lines() if not str(line.get_label()).startswith("_")]
+    if len(handles) > 1:
         figure.legend(handles=handles, loc="outside lower center", ncols=2)
     return figure
 
 
-def _distribution(axes: Axes, findings: Findings, quantity: Quantity) -> None:
+def _scale(quantity: Quantity) -> tuple[float, str]:
+    """Return the factor and the unit in which a figure is drawn: errors in mm."""
+    return (1000.0, "mm") if quantity.key.endswith("tail_m") else (1.0, quantity.unit)
+
+
+def _distributions(findings: Findings, swarm: Swarm) -> Figure:
     """Draw the share of the runs with at most a value, by grid point; runs without a value reduce the total."""
-    is_error = quantity.key.endswith("tail_m")
-    scale = 1000.0 if is_error else 1.0
     points = findings.plan.points
-    shown = [number for number in range(len(points)) if any(r.point == number for r in findings.results)]
-    for colour, number in zip(OKABE_ITO, shown, strict=False):
-        results = [r.figures.get(quantity.key) for r in findings.results if r.point == number]
-        values = scale * np.sort([value for value in results if value is not None])
-        shares = 100.0 * np.arange(1, len(values) + 1) / len(results)
-        axes.step(values, shares, where="post", color=colour, label=label(dict(points[number])))
-    axes.set_xlabel(f"m{quantity.unit}" if is_error else quantity.unit)
-    axes.set_ylabel("runs below, %")
-    axes.set_ylim(0.0, 101.0)
-    if is_error:
-        axes.set_xscale("log")
-        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes.xaxis.set_major_formatter("{x:g}")
-        axes.xaxis.set_minor_formatter(NullFormatter())
-    _title(axes, quantity.text[0].upper() + quantity.text[1:])
+    flown = [number for number in range(len(points)) if any(r.point == number for r in findings.results)]
+
+    def draw_in(axes: Axes, quantity: Quantity) -> None:
+        scale, unit = _scale(quantity)
+        for colour, number in zip(OKABE_ITO, flown, strict=False):
+            results = [r.figures.get(quantity.key) for r in findings.results if r.point == number]
+            values = scale * np.sort([value for value in results if value is not None])
+            shares = 100.0 * np.arange(1, len(values) + 1) / len(results)
+            axes.step(values, shares, where="post", color=colour, label=label(dict(points[number])))
+        axes.set_xlabel(unit)
+        axes.set_ylabel("runs below, %")
+        axes.set_ylim(0.0, 101.0)
+        if unit == "mm":
+            axes.set_xscale("log")
+            axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axes.xaxis.set_major_formatter("{x:g}")
+            axes.xaxis.set_minor_formatter(NullFormatter())
+        if (bound := _limit(quantity, swarm)) is not None:
+            axes.axvline(bound, color=DANGER, linewidth=1.1, linestyle=(0, (4, 2)))
+
+    return _panels(findings, draw_in)
+
+
+def varied_keys(findings: Findings) -> list[str]:
+    """Return the keys of the grid with FEWEST numbers or more as values."""
+    values: dict[str, set[JsonValue]] = {}
+    for row in findings.rows:
+        for key, value in row.point.items():
+            values.setdefault(key, set()).add(value if type(value) in (int, float) else None)
+    return [key for key, found in values.items() if len(found) >= FEWEST and None not in found]
+
+
+def over(findings: Findings, key: str) -> Figure:
+    """Draw each figure over the values of `key`, a curve for each combination of the grid's other keys.
+
+    It is the median of the runs, and a band up to the bound that 95 % keep.
+    """
+    curves: dict[str, list[tuple[Any, GridPointFigures]]] = {}
+    for row in sorted(findings.rows, key=lambda row: row.point[key]):  # type: ignore[arg-type,return-value]
+        others = {name: value for name, value in row.point.items() if name != key}
+        curves.setdefault(label(others), []).append((row.point[key], row))
+
+    def draw_in(axes: Axes, quantity: Quantity) -> None:
+        scale, unit = _scale(quantity)
+        for (name, curve), colour in zip(curves.items(), OKABE_ITO, strict=False):
+            found = [row.figures[quantity.key] for _, row in curve]
+            middle, bound = (
+                [nan if q is None or (value := getattr(q, part)) is None else scale * value for q in found]
+                for part in ("p50", "p95")
+            )
+            xs = [x for x, _ in curve]
+            axes.plot(xs, middle, "o-", color=colour, markersize=4, label=name)
+            axes.fill_between(xs, middle, bound, color=colour, alpha=0.2, linewidth=0)
+        axes.ticklabel_format(useOffset=False)
+        axes.set_xlabel(key)
+        axes.set_ylabel(unit)
+
+    return _panels(findings, draw_in)
 
 
 def _limit(quantity: Quantity, swarm: Swarm) -> float | None:

@@ -56,15 +56,9 @@ def convert(
     leader: Annotated[bool, typer.Option("--leader", help="Write the path of the leader instead.")] = False,
 ) -> None:
     """Write key frames from trajectories of Crazyswarm (CSV), Skybrush (.skyc, CSV) or in TUM's format."""
-    from flockwire_operator.station.conversion import key_frames, tracks  # noqa: PLC0415
+    from flockwire_operator.station.conversion import key_frames  # noqa: PLC0415
 
-    found: list[Track] = []
-    for file in files:
-        try:
-            found += tracks(file, rate)
-        except (OSError, ValueError, RecursionError, BadZipFile) as error:
-            reason = error.strerror if isinstance(error, OSError) else error
-            refuse(f"FILE = {file}: {reason or 'cannot be read'}")
+    found = [track for file in files for track in _tracks(file, rate)]
     if leader and len(found) != 1:
         refuse(f"--leader: one trajectory is the leader's, there are {len(found)}")
     if out.exists():
@@ -78,6 +72,17 @@ def convert(
     still += '\n[leader.trajectory]\nkind = "constant"\nvelocity = [0.0, 0.0, 0.0]'
     print(f"flockwire: {out}: {len(found)} drones, {max(track[-1][0] for track in found):.1f} s; in the swarm file:\n")
     print(f"[leader.trajectory]\n{frames}" if leader else f"[formation]\n{frames}\n{still}")
+
+
+def _tracks(file: Path, rate: float) -> list[Track]:
+    """Return the trajectories in a file, or refuse it."""
+    from flockwire_operator.station.conversion import tracks  # noqa: PLC0415
+
+    try:
+        return list(tracks(file, rate))
+    except (OSError, ValueError, RecursionError, BadZipFile) as error:
+        reason = error.strerror if isinstance(error, OSError) else error
+        refuse(f"FILE = {file}: {reason or 'cannot be read'}")
 
 
 @app.command()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from math import dist, hypot, isfinite
+from math import dist, hypot
 
 from flockwire_core.control.graph import LEADER
 from flockwire_core.control.trajectory import Trajectory
@@ -57,52 +57,42 @@ def _of_leader(swarm: Swarm, duration: float) -> Iterator[str]:
     fastest = swarm.leader.speed_bound
     if fastest > swarm.limits.speed:
         yield f"the leader's course takes {fastest:.2f} m/s, limits.speed = {swarm.limits.speed:g} m/s"
-    safe = swarm.avoidance.obstacle_safety_distance
-    outside, close = None, None
     room, course = swarm.limits.fence.room(), _course(swarm)
-    for t in _instants(duration):
-        place = course(t)
-        outside = outside or (room.outside(place) > 0.0 and (t, place))
-        close = close or next(((t, k) for k, gap in enumerate(_gaps(swarm, place)) if gap < safe), None)
-    if outside:
-        t, place = outside
-        yield f"the leader's course leaves limits.fence after {t:.1f} s, at {_shown(place)}"
-    if close:
-        t, number = close
-        yield f"the leader's course comes closer than {safe:g} m to obstacle {number} after {t:.1f} s"
+    places = [(t, course(t)) for t in _instants(duration)]
+    if outside := next(((t, place) for t, place in places if room.outside(place) > 0.0), None):
+        yield f"the leader's course leaves limits.fence after {outside[0]:.1f} s, at {_shown(outside[1])}"
+    if close := next(((t, number) for t, place in places for number in _too_near(swarm, place)), None):
+        safe = swarm.avoidance.obstacle_safety_distance
+        yield f"the leader's course comes closer than {safe:g} m to obstacle {close[1]} after {close[0]:.1f} s"
 
 
 def _of_followers(swarm: Swarm, name: str, duration: float, avoided: bool) -> Iterator[str]:
-    key = swarm.formation_keys[name]
-    formation, trajectory, limits = swarm.build_formation(name), _trajectory(swarm), swarm.limits
-    named = {number: _owner(swarm, name, rank) for rank, number in enumerate(swarm.followers)}
+    key, limits = swarm.formation_keys[name], swarm.limits
+    formation, trajectory = swarm.build_formation(name), _trajectory(swarm)
     room, course = limits.fence.room(), _course(swarm)
-    fastest, outside = (0.0, 0.0, 0), None
-    blocked: dict[tuple[int, int], float] = {}
+    fastest, outside = (0.0, 0), None
+    blocked: dict[tuple[int, int], float] = {}  # when, by place and obstacle
     for t in _instants(duration):
         leader, rate = course(t), trajectory.rate(t)
-        for rank, number in enumerate(swarm.followers):
+        for rank in range(len(swarm.followers)):
             place = add(leader, formation.offset(rank, t))
-            speed = norm(add(rate, formation.offset_rate(rank, t)))
-            if speed >= fastest[0]:
-                fastest = (speed, t, number)
+            fastest = max(fastest, (norm(add(rate, formation.offset_rate(rank, t))), rank))
             if outside is None and room.outside(place) > 0.0:
-                outside = t, number, place
-            for obstacle, gap in enumerate(_gaps(swarm, place)):
-                if gap < swarm.avoidance.obstacle_safety_distance:
-                    blocked.setdefault((number, obstacle), t)
-    speed, t, number = fastest
+                outside = t, rank, place
+            for obstacle in _too_near(swarm, place):
+                blocked.setdefault((rank, obstacle), t)
+    speed, rank = fastest
     if speed > limits.speed:
-        who = named[number]
+        who = _owner(swarm, name, rank)
         yield f"{key}: with the leader's speed {who} needs {speed:.2f} m/s, limits.speed = {limits.speed:g} m/s"
     if outside is not None:
-        t, number, place = outside
-        yield f"{key}: the place of {named[number]} leaves limits.fence after {t:.1f} s, at {_shown(place)}"
+        t, rank, place = outside
+        yield f"{key}: the place of {_owner(swarm, name, rank)} leaves limits.fence after {t:.1f} s, at {_shown(place)}"
     if blocked and avoided:
-        (number, obstacle), t = min(blocked.items(), key=lambda one: one[1])
+        (rank, obstacle), t = min(blocked.items(), key=lambda one: one[1])
         yield (
-            f"{key}: obstacle {obstacle} is at the place of {named[number]} after {t:.1f} s; it must avoid it, "
-            f"as {len({drone for drone, _ in blocked})} of {len(swarm.followers)} followers must"
+            f"{key}: obstacle {obstacle} is at the place of {_owner(swarm, name, rank)} after {t:.1f} s; it must avoid "
+            f"it, as {len({drone for drone, _ in blocked})} of {len(swarm.followers)} followers must"
         )
 
 
@@ -134,14 +124,13 @@ def _trajectory(swarm: Swarm) -> Trajectory:
     return swarm.leader.trajectory.build() if swarm.walking else swarm.leader.course()
 
 
-def _gaps(swarm: Swarm, place: Vector) -> list[float]:
-    """Return the distance from a place to each obstacle's surface, m."""
-    found = []
-    for obstacle in swarm.obstacles:
-        aside = dist(place[:2], obstacle.center[:2]) - obstacle.radius
-        above = place[2] - obstacle.height if obstacle.height is not None else -1.0
-        found.append(hypot(max(aside, 0.0), max(above, 0.0)) if above > 0.0 else aside)
-    return [gap for gap in found if isfinite(gap)]
+def _too_near(swarm: Swarm, place: Vector) -> Iterator[int]:
+    """Yield the obstacles whose surface is nearer to a place than a drone may be."""
+    for number, obstacle in enumerate(swarm.obstacles):
+        gap = dist(place[:2], obstacle.center[:2]) - obstacle.radius
+        above = place[2] - obstacle.height if obstacle.height is not None else 0.0
+        if (hypot(max(gap, 0.0), above) if above > 0.0 else gap) < swarm.avoidance.obstacle_safety_distance:
+            yield number
 
 
 def _shown(place: Vector) -> str:
