@@ -14,10 +14,9 @@ from flockwire_core.domain.vector import ZERO, Vector, add
 from flockwire_core.law import Decision, Observation, Reference
 from flockwire_core.own_law import make_law
 from flockwire_core.parameters import AgentParameters, agent_parameters
-from flockwire_core.pilot.ladder import shown
 from flockwire_core.pilot.neighbourhood import Neighbourhood
 from flockwire_core.pilot.orders import flown_place, is_known
-from flockwire_core.pilot.pilot import Pilot
+from flockwire_core.pilot.pilot import Pilot, shown
 from flockwire_core.pilot.place import Place
 from flockwire_core.process.cores import Core, Start
 from flockwire_core.process.stopwatch import Stopwatch
@@ -87,7 +86,7 @@ class AgentCore:
         pilot, neighbourhood = self._pilot, self._neighbourhood
         estimates = neighbourhood.update(now)
         missing = () if len(estimates) == len(neighbourhood) else neighbourhood.missing(now)
-        silence = neighbourhood.silence(now, pilot.waits_since)
+        silence = neighbourhood.silence(now, pilot.born)
         leader_down = neighbourhood.leading is Leading.IS_DOWN
         fault = self._law.fault.text if self._law.fault is not None else ""
         if not fault and neighbourhood.agreement.contradicted:

@@ -8,14 +8,17 @@ table pilot/transitions.csv, for orders by Orders.take.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from functools import reduce
 from itertools import pairwise, product
+from operator import or_
 from typing import NamedTuple
 
 from flockwire_core.domain.airframe import FlightState
-from flockwire_core.domain.order import IN_FORMATION, Mission, Version
+from flockwire_core.domain.order import Mission, Version
 from flockwire_core.domain.time import SECOND
 from flockwire_core.pilot.orders import Orders, came_down
-from flockwire_core.pilot.transitions import PHASES, Conditions, reachable
+from flockwire_core.pilot.phases import ORDERED
+from flockwire_core.pilot.transitions import PHASES, bits, reachable
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.phase import Phase
 
@@ -27,7 +30,6 @@ TOLERANCE = SECOND // 1000  # ns by which an age in a status may be rounded
 UNSEEN = 10 * SECOND  # ns before a status from which on an order may have been given that no status shows
 SHORTEST_CLIMB = 3 * SECOND // 10  # ns: no drone takes off to its height sooner
 AIRBORNE = (FlightState.FLYING, FlightState.LANDING)
-NOTHING: Conditions = frozenset()
 
 
 class Life(NamedTuple):
@@ -96,9 +98,7 @@ class _Replay:
             found |= reachable(found, possible)
         return reachable(found, self._last_conditions(before, after))
 
-    def _conditions(
-        self, before: Observed, after: Observed, orders: tuple[Mission | None, ...]
-    ) -> frozenset[Conditions]:
+    def _conditions(self, before: Observed, after: Observed, orders: tuple[Mission | None, ...]) -> frozenset[int]:
         """Return the conditions under which a step between two statuses may have been made."""
         return _combined(
             [one for order in orders for one in self._by_order(order, before, after)],
@@ -107,7 +107,7 @@ class _Replay:
             *self._rest(before, after),
         )
 
-    def _last_conditions(self, before: Observed, after: Observed) -> frozenset[Conditions]:
+    def _last_conditions(self, before: Observed, after: Observed) -> frozenset[int]:
         """Return the conditions under which the step that the later status shows may have been made.
 
         A pilot on the ground that is not ready gives its reason, and so does one that holds against an order.
@@ -123,7 +123,7 @@ class _Replay:
             *self._rest(before, after),
         )
 
-    def _rest(self, before: Observed, after: Observed) -> Iterator[tuple[Conditions, ...]]:
+    def _rest(self, before: Observed, after: Observed) -> Iterator[tuple[int, ...]]:
         """Yield the conditions that any step between two statuses may have had.
 
         Nobody takes off and is high at once; a pilot that lands without an order gives a reason.
@@ -134,11 +134,9 @@ class _Replay:
         yield _either("stop", *((False, True) if self._trace.stops else (False,)))
         yield _either("danger", *((False,) if landed else (False, True)))
 
-    def _by_order(self, order: Mission | None, before: Observed, after: Observed) -> list[Conditions]:
+    def _by_order(self, order: Mission | None, before: Observed, after: Observed) -> list[int]:
         """Return the conditions that `order` may make hold."""
-        verb = order.verb if order is not None else ""
-        made = {"up": verb in ("takeoff", "start"), "landing": verb == "land", "formation": verb in IN_FORMATION}
-        fixed = frozenset(name for name, so in made.items() if so)
+        fixed = ORDERED.get(order.verb, 0) if order is not None else 0
         return [fixed | outdated for outdated in _either("outdated", *self._outdated(order, before, after))]
 
     def _outdated(self, order: Mission | None, before: Observed, after: Observed) -> tuple[bool, ...]:
@@ -192,14 +190,14 @@ def _may_hold(before: Observed, after: Observed, orders: tuple[Mission | None, .
     return False
 
 
-def _combined(*alternatives: Iterable[Conditions]) -> frozenset[Conditions]:
+def _combined(*alternatives: Iterable[int]) -> frozenset[int]:
     """Return every choice of one from each of the alternatives, together."""
-    return frozenset(NOTHING.union(*choice) for choice in product(*alternatives))
+    return frozenset(reduce(or_, choice, 0) for choice in product(*alternatives))
 
 
-def _either(name: str, *holds: bool) -> tuple[Conditions, ...]:
+def _either(name: str, *holds: bool) -> tuple[int, ...]:
     """Return the condition `name` as it may be: holding, not holding."""
-    return tuple(frozenset({name}) if so else NOTHING for so in holds)
+    return tuple(bits([name]) if so else 0 for so in holds)
 
 
 def _verb(one: Observed) -> str:

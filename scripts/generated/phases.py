@@ -1,24 +1,29 @@
-"""The page of a pilot's phases, from core/flockwire_core/pilot/transitions.csv."""
+"""The page of a pilot's two tables: core/flockwire_core/pilot/transitions.csv and reactions.py."""
 
 from __future__ import annotations
 
+import re
+from operator import attrgetter
+
+from flockwire_core.pilot.reactions import EVERY, INPUTS, REACTIONS, TABLE, Row
 from flockwire_core.pilot.transitions import CONDITIONS, PHASES, Transition, transitions
+from flockwire_core.swarm.tables import Limits
 
-HEAD = """# Phases of a pilot
+HEAD = """# Phases and reactions of a pilot
 
-<!-- made by scripts/document from core/flockwire_core/pilot/transitions.csv; change that -->
+<!-- made by scripts/document from core/flockwire_core/pilot/transitions.csv and reactions.py; change those -->
 
-A pilot (an agent, or the leader) is in one of seven phases. At each step, the first row of the table that names its
-phase, and whose conditions hold, gives the next phase. The same table is the specification for three programs: a test
-compares the code with it, the model in `lab/model/` explores all states of several pilots, and the check "conformance"
-replays every flight through it ([checks](../checks.md)).
+A pilot (an agent, or the leader) decides by two tables. At each step the table of reactions gives what keeps it from
+flying, with the reason. Then the first row of the table of phases that names its phase, and whose conditions hold,
+gives the next phase. The model in `lab/model/` explores the same table of phases for several pilots, and the check
+"conformance" replays every flight through it ([checks](../checks.md)).
 
 ![Phases and transitions; the numbers are those of the table](../images/phases.svg)
 
 *Rows that stay in the phase are not drawn.*
 
-| row | from | if | to | because |
-|---|---|---|---|---|
+| row | from | if | to | reason in the status | because |
+|---|---|---|---|---|---|
 """
 CONDITIONS_HEAD = """
 ## Conditions
@@ -26,9 +31,25 @@ CONDITIONS_HEAD = """
 | condition | holds if |
 |---|---|
 """
-TAIL = """
-"Something" is a rung of the staleness ladder ([safety](../safety.md)): each input that a pilot loses, and each limit
-that it leaves, has its own time until the pilot slows, holds or lands. The pilot's status gives the reason.
+REACTIONS_HEAD = """
+## Reactions
+
+Of each reaction the first row counts whose input is beyond its limit, in a phase that it names. The status then has its
+text as the reason. `refuse` makes `unready` hold, `hold` makes
+`disturbed`, `land` makes `danger`.
+
+| reaction | what the pilot does |
+|---|---|
+"""
+TABLE_HEAD = """
+Limits without a table are in `[limits.staleness]`.
+
+| reaction | input | limit | phases | reason |
+|---|---|---|---|---|
+"""
+INPUTS_HEAD = """
+| input | value |
+|---|---|
 """
 
 
@@ -36,11 +57,37 @@ def phases_page() -> str:
     """Return the page."""
     rows = "".join(_row(number, one) for number, one in enumerate(transitions(), 1))
     conditions = "".join(f"| `{name}` | {text} |\n" for name, text in CONDITIONS.items())
-    return HEAD + rows + CONDITIONS_HEAD + conditions + TAIL
+    reactions = "".join(f"| {name} | {text} |\n" for name, text in REACTIONS.items())
+    inputs = "".join(f"| {name} | {text} |\n" for name, text in INPUTS.items())
+    table = "".join(map(_reaction, TABLE))
+    return (
+        HEAD
+        + rows
+        + CONDITIONS_HEAD
+        + conditions
+        + REACTIONS_HEAD
+        + reactions
+        + TABLE_HEAD
+        + table
+        + INPUTS_HEAD
+        + inputs
+    )
+
+
+def _reaction(row: Row) -> str:
+    if isinstance(row.limit, float):
+        limit = f"{row.limit:g}"
+    else:
+        name = row.limit.removeprefix("staleness.")
+        shown = name if name != row.limit else f"limits.{name}"
+        limit = f"`{shown}` ({attrgetter(row.limit)(Limits()):g})"
+    phases = "any" if row.phases == EVERY else ", ".join(str(phase) for phase in PHASES if phase in row.phases)
+    text = re.sub(r":[^}]*}", "}", row.text)  # without the formats of its values
+    return f"| {row.reaction} | {row.input} | {'below' if row.below else 'above'} {limit} | {phases} | {text} |\n"
 
 
 def _row(number: int, one: Transition) -> str:
     before = "any" if one.before == frozenset(PHASES) else ", ".join(str(p) for p in PHASES if p in one.before)
     names = [*(f"`{name}`" for name in CONDITIONS if name in one.required)]
     names += [f"not `{name}`" for name in CONDITIONS if name in one.forbidden]
-    return f"| {number} | {before} | {', '.join(names)} | {one.after} | {one.because} |\n"
+    return f"| {number} | {before} | {', '.join(names)} | {one.after} | {one.reason} | {one.because} |\n"

@@ -9,8 +9,8 @@ from flockwire_core.domain.motion import Leading
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import add
-from flockwire_core.pilot.phases import SHUTDOWN
 from flockwire_core.pilot.pilot import DRIVER_LOST
+from flockwire_core.pilot.reactions import SHUTDOWN
 from flockwire_core.wire.keys import MISSION, Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import APART, LEFT_OUT

@@ -18,7 +18,7 @@ from flockwire_core.domain.vector import Vector
 from flockwire_core.ground.director import Director, Stage
 from flockwire_core.ground.fleet import Fleet
 from flockwire_core.ground.order import Order
-from flockwire_core.pilot.phases import SHUTDOWN
+from flockwire_core.pilot.reactions import SHUTDOWN
 from flockwire_core.process.cores import Core, Start, make_core
 from flockwire_core.swarm.model import uav
 from flockwire_lab.world import EPOCH, World

@@ -20,20 +20,10 @@ from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.domain.vector import ZERO, Vector, distance, limit
 from flockwire_core.parameters import PilotParameters
-from flockwire_core.pilot.ladder import (
-    NO_REASON,
-    Bounds,
-    Inputs,
-    all_well,
-    hold_reason,
-    land_reason,
-    shown,
-    speed_limit,
-    unready_reason,
-)
 from flockwire_core.pilot.off_place import OffPlace, no_place
-from flockwire_core.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, Situation, age, command_stamp
+from flockwire_core.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, age, command_stamp
 from flockwire_core.pilot.place import CROWDED, Place
+from flockwire_core.pilot.reactions import BLIND, SILENT, SLOW, Reactions
 from flockwire_core.pilot.surroundings import Surroundings
 from flockwire_core.pilot.tracked_body import TrackedBody, foreign, obeys
 from flockwire_core.swarm.model import uav
@@ -43,23 +33,13 @@ from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import CORNERED, Reason, Report, counted
 
 AIRBORNE: Final = frozenset({FlightState.FLYING, FlightState.LANDING})
-LEFT_OUT: Final = "left out of this flight"
-HELD_UP: Final = Reason(
-    "held up, refuses", "off the ground with stopped motors: put it down on a floor that its sensor detects"
-)
-WOKE: Final = Reason("woke, refuses", "was frozen, reads what waits for it")
-OVERSLEPT: Final = Reason("woke, land", "was frozen as it took off: its driver lands it")
-SET_DOWN: Final = Reason("set down, land", "its driver lands it")
 NO_WAY: Final = Reason(CORNERED, "no velocity within its limits avoids a person", "keep persons away from it")
 DRIVER_LOST = 10.0  # s of silence after which a driver counts as dead
 LONGEST_STEP: Final = 0.1  # s: longer pauses count as this
-OVERDUE: Final = 0.3  # s, age of telemetry that comes ten times a second
-PAUSE: Final = SECOND // 4  # ns between two steps after which it was frozen, and what came meanwhile waits
-READING: Final = SECOND // 5  # ns to read that, in any order: a landing may be behind the take-off that it cancels
+PAUSE: Final = SECOND // 4  # ns between two steps after which it was frozen
 LOW: Final = 0.3  # m above the ground, below which it may hold a drone that lands
 LEARNED: Final = {Phase.TAKEOFF: LEVEL, Phase.HOLD: WHOLE, Phase.FORMATION: WHOLE, Phase.LANDING: WHOLE}
 STANDS: Final = 0.1  # m above the ground: a drone that lands and is lower may stand there
-STOOD: Final = 1.0  # s so low, by its poses, after which it lands straight down: they may be another body's
 
 
 class Pilot:
@@ -73,9 +53,10 @@ class Pilot:
     def __init__(self, parameters: PilotParameters, now: int) -> None:
         number = parameters.number
         self.pose_key = Key("pose", uav(number))
-        self.born = self.waits_since = now  # the second: ages of what never arrived count from it
+        self.born = now  # ages of what never arrived count from it
         self._parameters, self._limits = parameters, parameters.limits
-        self._bounds = Bounds(parameters.limits, parameters.speed)
+        self._reactions = Reactions(parameters.limits, parameters.driver)
+        self._found: dict[str, Reason] = {}  # the reasons for the reactions of this step
         self._sensing, self._ground = parameters.sensing, parameters.ground
         self._command_zero = parameters.limits.staleness.command_zero
         self.flight = FlightPhases(now)
@@ -93,11 +74,9 @@ class Pilot:
         self._pose: Pose | None = None
         self._telemetry: Telemetry | None = None
         self._place = Place(parameters)  # the place of hold or take-off
-        self._inputs = Inputs(NEVER, NEVER, NEVER, NEVER, 1.0, 0.0)
         self._stepped = now
-        self._pause = self._woke = 0  # ns since the last step; when the last pause ended, Unix ns
+        self._woke = self._retired = self._down_since = 0  # when a pause, it and the leader ended, Unix ns; 0: never
         self._waited = self._stood = 0.0  # s that this landing has waited for poses, and had poses on the ground
-        self._down_since = 0  # time of the leader's loss, Unix ns
         self.take: dict[Key, Callable[[Any], None]] = {  # handlers of messages, by key
             self.pose_key: self._take_pose,
             Key("nearby", uav(number)): self._surroundings.take_nearby,
@@ -120,19 +99,26 @@ class Pilot:
         (empty: none); `neighbours` returns the positions known without a sensor (m, world frame); `leader_down`: the
         leader does not lead.
         """
-        self._pause = pause = now - self._stepped
+        pause, self._stepped = now - self._stepped, now
         self.dt = min(pause / SECOND, LONGEST_STEP)
         if pause > PAUSE:
             self._woke = now
-        self._stepped = now
-        pose, inputs = self._pose, self._read(now, silence, self._leaderless(now, leader_down))
-        self._inputs = inputs
-        self.stamp, fresh = command_stamp(pose, now, self._bounds.pose)
-        phase = self._decide(now, inputs, missing, fault)
+        pose, was = self._pose, self.flight.phase
+        values = self._values(now, pause, silence, leader_down, len(missing), bool(fault))
+        self._found = found = self._reactions.find(values, was, fault, missing)
+        self.stamp, fresh = command_stamp(pose, now, self._limits.staleness.pose_zero)
+        airborne = self._telemetry is not None and self._telemetry.state in AIRBORNE
+        high = pose is not None and self._place.is_high(pose.position)
+        phase = self.flight.update(now, airborne, high, found)
+        if phase is not was:  # a new phase has its own place
+            self._place.forget()
+            self._waited = self._stood = 0.0
+            if was is Phase.TAKEOFF:
+                self._body.took_off(now)
         self.motion, self.bodies = None, ()
         if pose is not None:
             self.bodies = self._surroundings.bodies(pose, neighbours)
-            if fresh:
+            if fresh and BLIND not in found:
                 self.motion = motion = self._measure(pose, phase, now)
                 self._body.stops = distance(motion.position, motion.stopping)
                 if self._guard is not None and phase in IN_FLIGHT:
@@ -149,19 +135,13 @@ class Pilot:
         None after an emergency stop, and while it is not known whether the drone flies: without commands it then lands
         instead of hovering without end.
         """
-        if self.flight.phase is Phase.STOPPED or self._telemetry is None or self._may_have_taken_off:
+        if self.flight.phase is Phase.STOPPED or SILENT in self._found:
             return []
         motion = self.motion
         self._wanted = wanted
         velocity = self._velocity(wanted, motion, now) if motion is not None else self._blind_velocity(now)
         velocity = self._airframe.command(velocity, (now - self.born) / SECOND)
         return [(self._command_key, Command(self.stamp, self._frame, velocity, 0.0))]
-
-    @property
-    def _may_have_taken_off(self) -> bool:
-        """Whether the pilot takes its drone for grounded by telemetry that is too old to know."""
-        lost = self._inputs.telemetry > self._bounds.unknown
-        return lost and self.flight.phase not in IN_FLIGHT
 
     def report(
         self, now: int, formation_error: float = -1.0, estimate_age: float = -1.0, place: Vector | None = None
@@ -170,7 +150,7 @@ class Pilot:
 
         `place` is that in the formation, m, None if unknown.
         """
-        pose, telemetry, detail = self._pose, self._telemetry, self.flight.reason
+        pose, telemetry, detail = self._pose, self._telemetry, self.flight.reason.text
         reasons: tuple[Reason, ...] = (foreign(self._body.why),) if self._body.why else ()
         if self.flight.phase is not Phase.FORMATION or self.motion is None:
             self._off_place.forget()
@@ -203,30 +183,44 @@ class Pilot:
             reasons=reasons,
         )  # fmt: skip
 
-    def _leaderless(self, now: int, leader_down: bool) -> float:
-        """Return the time, s, without a leader while a formation is ordered."""
-        mission = self.flight.mission
-        if not leader_down or mission is None or not mission.in_formation or self.flight.phase not in IN_FLIGHT:
-            self._down_since = 0
-            return 0.0
-        self._down_since = self._down_since or now
-        return max((now - self._down_since) / SECOND, 1e-9)
-
-    def _read(self, now: int, silence: float, leader_down: float) -> Inputs:
-        pose, telemetry = self._pose, self._telemetry
-        return Inputs(
-            (now - pose.stamp) / SECOND if pose is not None else NEVER,
+    def _values(
+        self, now: int, pause: int, silence: float, leader_down: bool, missing: int, fault: bool
+    ) -> list[float]:
+        """Return the values of the INPUTS at `now` (Unix ns), in their order."""
+        mission, pose, telemetry = self.flight.mission, self._pose, self._telemetry
+        down = leader_down and mission is not None and mission.in_formation and self.flight.phase in IN_FLIGHT
+        self._down_since = (self._down_since or now) if down else 0
+        pose_age = age(pose.stamp, now) if pose is not None else NEVER
+        telemetry_age = age(telemetry.stamp, now) if telemetry is not None else NEVER
+        state = telemetry.state if telemetry is not None else None
+        low = pose is not None and pose.position[2] <= self._ground + STANDS
+        if low and self.flight.phase is Phase.LANDING:
+            self._stood += self.dt
+        return [
+            _lasting(self._retired, now),
+            1.0 if mission is not None and self._parameters.number in mission.without else 0.0,
+            1.0 if fault else 0.0,
+            1.0 if state is FlightState.HELD else 0.0,
+            pose_age,
+            min(pose_age, age(self.born, now)),
             silence,
+            _lasting(self._down_since, now),
+            float(missing),
             age(self._surroundings.stamp, now) if self._sensing else 0.0,
-            (now - telemetry.stamp) / SECOND if telemetry is not None else NEVER,
+            telemetry_age,
             telemetry.battery if telemetry is not None else 1.0,
             self._room.outside(pose.position) if pose is not None else 0.0,
-            leader_down,
-        )
+            1.0 if state is FlightState.LANDING else 0.0,
+            pause / SECOND,
+            (now - self._woke) / SECOND,
+            _lasting(self.born, now) if mission is None else 0.0,
+            self._stood if low else 0.0,
+            telemetry_age if low else 0.0,
+        ]
 
     def retire(self, now: int) -> None:
         """Hold, then land, because the process must end."""
-        self.flight.retire(now)
+        self._retired = self._retired or now
 
     def may_end(self, now: int) -> bool:
         """Return whether the drone is down, or its driver has been silent for long and obeys no more."""
@@ -234,36 +228,6 @@ class Pilot:
             return True
         silent = (now - self._telemetry.stamp) / SECOND > DRIVER_LOST
         return silent or self._telemetry.state not in AIRBORNE
-
-    def _decide(self, now: int, inputs: Inputs, missing: tuple[int, ...], fault: str) -> Phase:
-        """Update the phase; a new phase has its own place."""
-        limits, flight, was = self._limits, self.flight, self.flight.phase
-        unready = hold = land = NO_REASON
-        mission = flight.mission
-        left_out = LEFT_OUT if mission is not None and self._parameters.number in mission.without else ""
-        if missing or not all_well(inputs, self._bounds):
-            unready = unready_reason(inputs, missing, limits, self._parameters.driver)
-            hold = hold_reason(inputs, limits.staleness)
-            land = land_reason(inputs._replace(pose=min(inputs.pose, age(self.waits_since, now))), limits)
-        state = self._telemetry.state if self._telemetry is not None else None
-        if state is FlightState.LANDING:
-            land = land if land.text else SET_DOWN
-        elif state is FlightState.HELD:
-            unready = HELD_UP
-        if 0 <= now - self._woke < READING:
-            unready = unready if unready.text else WOKE
-            if was is Phase.TAKEOFF and self._pause > nanoseconds(limits.staleness.command_land):
-                land = land if land.text else OVERSLEPT
-        airborne = state in AIRBORNE
-        high = self._pose is not None and self._place.is_high(self._pose.position)
-        unfit = left_out or fault or unready.text
-        phase = flight.update(Situation(now, unfit, fault or hold.text, land.text, airborne, high))
-        if phase is not was:
-            self._place.forget()
-            self._waited = self._stood = 0.0
-            if was is Phase.TAKEOFF:
-                self._body.took_off(now)
-        return phase
 
     def _measure(self, pose: Pose, phase: Phase, now: int) -> Motion:
         """Return the motion at `now` by a fresh `pose`; learn the disturbance of the airframe where it flies freely.
@@ -288,14 +252,10 @@ class Pilot:
             return ZERO
         if phase is Phase.LANDING:
             self._airframe.limit_vertical(limits.vertical_speed)  # what it compensates lets it descend
-        if phase is Phase.LANDING and position[2] <= self._parameters.ground + STANDS:
-            self._stood += self.dt
-            if self._inputs.telemetry > OVERDUE or self._stood > STOOD:
-                self._airframe.reset()
-                return (0.0, 0.0, -limits.vertical_speed)  # any other may push it along the ground, or take it off
         if phase is not Phase.FORMATION:
             wanted = self._place.velocity(phase, position, self.bodies)
-        speed = self._airframe.speed(speed_limit(self._inputs, self._bounds))
+        slow, speed = SLOW in self._found, self._parameters.speed
+        speed = self._airframe.speed(min(speed, limits.blind_speed) if slow else speed)
         grounding = phase in (Phase.LANDING, Phase.TAKEOFF)
         if self._guard is not None:
             last, seen = self._airframe.last_command, self._surroundings.stamp or self.stamp
@@ -318,10 +278,12 @@ class Pilot:
         if phase is not Phase.LANDING and not beneath:
             return ZERO
         patience = stale.command_land if beneath else max(stale.pose_land, stale.command_land)
-        waits = 0 <= now - seen_at <= nanoseconds(patience) and self._waited <= patience
+        waits = 0 <= now - seen_at <= nanoseconds(patience) and self._waited <= patience and not self._stood
         waits = waits and is_above(self.bodies, separation)
         if waits and phase is not Phase.LANDING:
             return ZERO
+        if self._stood:
+            airframe.reset()  # what it compensates would push it along the ground
         airframe.limit_vertical(0.5 * descent)  # so it descends at half of it or more
         if not waits:
             self._body.sunk += descent * self.dt
@@ -340,6 +302,16 @@ class Pilot:
 
     def _take_stop(self, _: Stop) -> None:
         self.flight.stop()
+
+
+def _lasting(since: int, now: int) -> float:
+    """Return the time, s, above 0, for which what began at `since` lasts; 0 if that is 0."""
+    return max((now - since) / SECOND, 1e-9) if since else 0.0
+
+
+def shown(age: float) -> float:
+    """Return an age for a status: -1 for an input that never arrived."""
+    return -1.0 if age == NEVER else age
 
 
 def _make_airframe(parameters: PilotParameters) -> AirframeState:

@@ -1,14 +1,13 @@
 """The phases of a pilot as a table: transitions.csv, one row for each transition.
 
-The first row that names the phase, and whose conditions hold, gives the next phase; `!` means: does not hold. The
-table is the specification: a test compares the code with it (FlightPhases), the model checks it (model/), and analysis
-replays every flight through it.
+The first row that names the phase, and whose conditions hold, gives the next phase and its reason; `!` means: does not
+hold. FlightPhases flies the table, lab/model/ explores it, and the check "conformance" replays each flight by it.
 """
 
 from __future__ import annotations
 
 import csv
-from collections.abc import Set as AbstractSet
+from collections.abc import Iterable
 from functools import cache
 from importlib.resources import files
 from typing import NamedTuple
@@ -24,35 +23,42 @@ CONDITIONS = {
     "high": "it is at take-off height or above",
     "unready": "something keeps it from taking off",
     "disturbed": "something keeps it from the formation, or the formation's time 0 is still to come",
-    "danger": "something forbids to fly: the ladder, the end of its process, or no order for a long time",
+    "danger": "something forbids to fly",
     "up": "the order that holds takes up from the ground",
     "outdated": "that order is from before the process began, or the drone came down since",
     "formation": "the order that holds is to fly a formation",
     "landing": "the order that holds is to land",
 }
-Conditions = frozenset[str]  # those that hold
+BITS = {name: 1 << place for place, name in enumerate(CONDITIONS)}
 
 
 class Transition(NamedTuple):
     """One row: from any phase of `before`, while `required` hold and none of `forbidden` does, `after` follows."""
 
     before: frozenset[Phase]
-    required: Conditions
-    forbidden: Conditions
+    required: tuple[str, ...]
+    forbidden: tuple[str, ...]
     after: Phase
+    reason: str  # whose reason the phase has: a reaction's, "outdated", "stop", "kept" (that of before); empty: none
     because: str
 
-    def applies(self, phase: Phase, conditions: AbstractSet[str]) -> bool:
+    def applies(self, phase: Phase, conditions: int) -> bool:
         """Return whether it leads on from `phase` under the `conditions` that hold."""
-        return phase in self.before and self.required <= conditions and self.forbidden.isdisjoint(conditions)
+        required, forbidden = bits(self.required), bits(self.forbidden)
+        return phase in self.before and required & conditions == required and not forbidden & conditions
+
+
+def bits(conditions: Iterable[str]) -> int:
+    """Return the `conditions` that hold as one number."""
+    return sum([BITS[name] for name in conditions])
 
 
 def _read(row: dict[str, str]) -> Transition:
     conditions = row["if"].split()
     before = PHASES if row["from"] == "*" else map(Phase, row["from"].split())
-    required = frozenset(name for name in conditions if not name.startswith("!"))
-    forbidden = frozenset(name[1:] for name in conditions if name.startswith("!"))
-    return Transition(frozenset(before), required, forbidden, Phase(row["to"]), row["because"])
+    required = tuple([name for name in conditions if not name.startswith("!")])
+    forbidden = tuple([name[1:] for name in conditions if name.startswith("!")])
+    return Transition(frozenset(before), required, forbidden, Phase(row["to"]), row["reason"], row["because"])
 
 
 @cache
@@ -62,12 +68,13 @@ def transitions() -> tuple[Transition, ...]:
     return tuple(_read(row) for row in csv.DictReader(text.splitlines()))
 
 
-def transition(phase: Phase, conditions: AbstractSet[str]) -> Transition:
-    """Return the row by which a pilot in `phase` goes on under the `conditions` that hold."""
+@cache
+def transition(phase: Phase, conditions: int) -> Transition:
+    """Return the row by which a pilot in `phase` goes on under the `conditions` that hold (`bits`)."""
     return next(row for row in transitions() if row.applies(phase, conditions))
 
 
 @cache
-def reachable(phases: frozenset[Phase], possible: frozenset[Conditions]) -> frozenset[Phase]:
+def reachable(phases: frozenset[Phase], possible: frozenset[int]) -> frozenset[Phase]:
     """Return the phases that one step leads to, from any of `phases` under any of the `possible` conditions."""
     return frozenset(transition(phase, conditions).after for phase in phases for conditions in possible)

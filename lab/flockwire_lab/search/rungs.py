@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from flockwire_core.pilot.phases import SHUTDOWN
+from flockwire_core.pilot.reactions import SHUTDOWN
 from flockwire_core.wire.phase import Phase
 
 REASONS = {  # how the reason of a pilot begins: rung

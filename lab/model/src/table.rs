@@ -1,6 +1,6 @@
-//! The table of phases, read from the file that the code is compared with and that analysis reads.
+//! The table of phases, read from the file that the pilot flies and that analysis reads.
 
-const TABLE: &str = include_str!("../../core/flockwire/pilot/transitions.csv");
+const TABLE: &str = include_str!("../../../core/flockwire_core/pilot/transitions.csv");
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Phase {

@@ -115,7 +115,7 @@ class ExcitationCore:
         """Return its status."""
         moves = self.stage in (ExcitationStage.RESTING, ExcitationStage.EXCITING)
         axis = f" {self._left[0]}" if self._left and moves else ""
-        waits = f": {self._pilot.flight.reason}" if self._pilot.flight.reason else ""
+        waits = f": {self._pilot.flight.reason.text}" if self._pilot.flight.reason.text else ""
         return self._pilot.report(now)._replace(phase=self.stage, detail=f"{self._pilot.flight.phase}{axis}{waits}")
 
     def _compare(self, telemetry: Telemetry, now: int) -> None:
@@ -136,14 +136,14 @@ class ExcitationCore:
                 elif phase is Phase.FORMATION:
                     self._enter(ExcitationStage.RESTING, now)
                 elif lasted > PATIENCE:
-                    self._fail(f"still {phase} after {PATIENCE:.0f} s: {self._pilot.flight.reason}", now)
+                    self._fail(f"still {phase} after {PATIENCE:.0f} s: {self._pilot.flight.reason.text}", now)
             case ExcitationStage.RESTING | ExcitationStage.EXCITING if (
                 phase is Phase.HOLD and self._interruptions < MOST_INTERRUPTIONS
             ):
                 self._interruptions += self.stage is ExcitationStage.EXCITING
                 self._enter(ExcitationStage.RESTING, now)  # the axis restarts when all inputs are fresh
             case ExcitationStage.RESTING | ExcitationStage.EXCITING if phase is not Phase.FORMATION:
-                self._fail(f"{phase}: {self._pilot.flight.reason or 'on the ground'}", now)
+                self._fail(f"{phase}: {self._pilot.flight.reason.text or 'on the ground'}", now)
             case ExcitationStage.RESTING if lasted >= REST:
                 self._begin(now)
             case ExcitationStage.EXCITING if lasted >= sum(duration for duration, _ in PULSES):

@@ -595,7 +595,7 @@ def test_on_the_ground_there_is_nothing_to_hold_or_to_resume(tower):
 def test_a_pilot_restarted_on_the_ground_during_take_off_takes_off_by_the_order_again(tower):
     """It obeys no order from before its own start, so that nothing takes off that nobody looks at."""
     tower.all(Phase.READY)
-    tower.step(3.0, leader=Phase.HOLD, uav1=Phase.HOLD, uav2=(Phase.READY, OUTDATED))
+    tower.step(3.0, leader=Phase.HOLD, uav1=Phase.HOLD, uav2=(Phase.READY, OUTDATED.text))
     again = tower.director.resume(tower.now)
     assert (again.verb, again.stamp, tower.stage) == ("takeoff", tower.now, Stage.TAKING_OFF)
     assert tower.all(Phase.HOLD) == ["start"]
@@ -603,8 +603,8 @@ def test_a_pilot_restarted_on_the_ground_during_take_off_takes_off_by_the_order_
 
 def test_a_drone_that_stays_on_the_ground_is_named_with_the_remedy(tower):
     tower.all(Phase.READY)
-    tower.step(PATIENCE + 1, leader=Phase.HOLD, uav1=Phase.HOLD, uav2=(Phase.READY, OUTDATED))
-    assert tower.failure == f"still taking off after 34 s (uav2: {OUTDATED})"
+    tower.step(PATIENCE + 1, leader=Phase.HOLD, uav1=Phase.HOLD, uav2=(Phase.READY, OUTDATED.text))
+    assert tower.failure == f"still taking off after 34 s (uav2: {OUTDATED.text})"
 
 
 def test_a_stop_is_a_failure_and_over_when_nothing_flies(flying):

@@ -2,17 +2,10 @@ import pytest
 from flockwire_core.domain.order import Change, Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
-from flockwire_core.pilot.phases import (
-    NEVER,
-    OUTDATED,
-    SHUTDOWN,
-    WITHOUT_ORDER,
-    FlightPhases,
-    Situation,
-    age,
-    command_stamp,
-)
+from flockwire_core.pilot.phases import NEVER, OUTDATED, FlightPhases, age, command_stamp
+from flockwire_core.pilot.reactions import HOLD, LAND, REFUSE
 from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.status import Reason
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -21,7 +14,7 @@ LOW, HIGH = (-1.0, -2.0, 0.0), (1.0, 2.0, 3.0)
 
 
 class Pilot:
-    """A flight and the situation it is in; every update comes a second after the last."""
+    """A flight and its situation; every update comes a second after the last."""
 
     def __init__(self):
         self.flight, self.now = FlightPhases(BORN), BORN
@@ -32,8 +25,13 @@ class Pilot:
         for name, value in changes.items():
             setattr(self, name, value)
         self.now += SECOND
-        situation = Situation(self.now, self.unready, self.hold, self.land, self.airborne, self.high)
-        return self.flight.update(situation)
+        texts = {REFUSE: self.unready, HOLD: self.hold, LAND: self.land}
+        found = {reaction: Reason("", text) for reaction, text in texts.items() if text}
+        return self.flight.update(self.now, self.airborne, self.high, found)
+
+    @property
+    def reason(self):
+        return self.flight.reason.text
 
     def order(self, verb, start=0):
         self.now += 1
@@ -62,7 +60,7 @@ def flyer(pilot):
 
 def test_a_flight_goes_from_the_ground_to_formation_and_back(pilot):
     assert pilot.update(unready="waits") is Phase.GROUNDED
-    assert pilot.flight.reason == "waits"
+    assert pilot.reason == "waits"
     assert pilot.update(unready="") is Phase.READY
     assert pilot.order("takeoff") is Phase.TAKEOFF
     assert pilot.update(airborne=True) is Phase.TAKEOFF
@@ -120,14 +118,14 @@ def test_an_order_to_land_does_not_take_off(pilot):
 
 def test_a_reason_to_hold_interrupts_the_formation(flyer):
     assert flyer.update(hold="own pose is stale") is Phase.HOLD
-    assert flyer.flight.reason == "own pose is stale"
+    assert flyer.reason == "own pose is stale"
     assert flyer.update(hold="") is Phase.FORMATION
 
 
 def test_a_reason_to_land_lands_and_is_reported_until_the_ground(flyer):
     assert flyer.update(land="battery at 9%") is Phase.LANDING
     assert flyer.update(land="") is Phase.LANDING
-    assert flyer.flight.reason == "battery at 9%"
+    assert flyer.reason == "battery at 9%"
 
 
 def test_landing_is_not_taken_back_in_the_air(flyer):
@@ -139,7 +137,7 @@ def test_landed_by_a_failure_it_waits_for_a_new_order(flyer):
     flyer.update(land="telemetry lost for 3.1 s")
     flyer.update(land="", airborne=False, high=False)
     assert [flyer.update() for _ in range(3)] == [Phase.READY] * 3
-    assert flyer.flight.reason == OUTDATED
+    assert flyer.reason == OUTDATED.text
     assert flyer.order("takeoff") is Phase.TAKEOFF
 
 
@@ -162,9 +160,9 @@ def test_a_process_that_restarts_in_flight_holds_even_when_unready(pilot):
 def test_a_process_that_begins_on_the_ground_obeys_no_order_older_than_itself(pilot):
     pilot.give(Mission(BORN - 1, "world", "takeoff"))
     assert [pilot.update() for _ in range(3)] == [Phase.READY] * 3
-    assert pilot.flight.reason == OUTDATED
+    assert pilot.reason == OUTDATED.text
     assert pilot.order("takeoff") is Phase.TAKEOFF
-    assert pilot.flight.reason == ""
+    assert pilot.reason == ""
 
 
 @pytest.mark.parametrize("verb", ["takeoff", "start", "formation"])
@@ -186,7 +184,7 @@ def test_stop_is_final(flyer, verb):
     assert flyer.update() is Phase.STOPPED
     assert flyer.order(verb) is Phase.STOPPED
     assert flyer.update(airborne=False, high=False) is Phase.STOPPED
-    assert flyer.flight.reason == "emergency stop"
+    assert flyer.reason == "emergency stop"
 
 
 def test_mission_time_counts_from_the_start_and_is_none_before_one(pilot):
@@ -196,31 +194,6 @@ def test_mission_time_counts_from_the_start_and_is_none_before_one(pilot):
     assert pilot.flight.mission_time(BORN + 5 * SECOND) == 3.0
     pilot.order("hold")
     assert pilot.flight.mission_time(BORN) is None
-
-
-def test_asked_to_end_it_holds_for_a_second_and_lands(flyer):
-    flyer.flight.retire(flyer.now + SECOND)
-    assert flyer.update() is Phase.HOLD
-    assert flyer.flight.reason == SHUTDOWN
-    flyer.flight.retire(flyer.now + 9 * SECOND)  # told again: counted from the first time
-    assert flyer.update() is Phase.LANDING
-    assert flyer.update(airborne=False, high=False) is Phase.GROUNDED
-    assert flyer.flight.reason == SHUTDOWN
-    assert flyer.order("takeoff") is Phase.GROUNDED
-
-
-def test_asked_to_end_during_take_off_it_lands(pilot):
-    pilot.update()
-    pilot.order("takeoff")
-    pilot.update(airborne=True)
-    pilot.flight.retire(pilot.now)
-    assert pilot.update() is Phase.LANDING
-
-
-def test_asked_to_end_another_reason_to_land_comes_first(flyer):
-    flyer.flight.retire(flyer.now)
-    assert flyer.update(land="battery at 9%") is Phase.LANDING
-    assert flyer.flight.reason == "battery at 9%"
 
 
 def test_what_never_came_is_infinitely_old():
@@ -239,10 +212,3 @@ def test_stamps_of_commands_never_go_back_whether_poses_come_or_not(steps, laten
         assert stamp >= last
         assert answers == (pose is not None and now - pose.stamp <= SECOND // 10)
         last = stamp
-
-
-def test_who_was_started_in_flight_and_has_no_order_lands_after_a_while(pilot):
-    assert pilot.update(airborne=True, high=True) is Phase.HOLD
-    assert [pilot.update() for _ in range(8)] == [Phase.HOLD] * 8
-    assert pilot.update() is Phase.LANDING
-    assert pilot.flight.reason == WITHOUT_ORDER
