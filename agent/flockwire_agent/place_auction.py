@@ -12,7 +12,7 @@ from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.domain.vector import Vector, subtract
 from flockwire_core.parameters import AuctionParameters
 from flockwire_core.wire.phase import Phase
-from flockwire_core.wire.status import Report, place_reason
+from flockwire_core.wire.status import NO_PLACE_YET, Report
 
 BIDDING = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION})  # who lands, or stands, keeps what it holds
 SOON = SECOND // 20  # ns between two repetitions of the same bids, which may be lost, while they are new
@@ -121,7 +121,8 @@ class PlaceAuction:
         if not (self.ordered or self.place is not None):
             return report
         counts = (*report.counts, ("bids rejected", self.rejected)) if self.rejected else report.counts
-        return report._replace(reasons=(*report.reasons, place_reason(self.place)), counts=counts)
+        reasons = (*report.reasons, NO_PLACE_YET) if self.place is None else report.reasons
+        return report._replace(place=self.place, reasons=reasons, counts=counts)
 
     def _costs(self, order: Mission, here: Vector | None, now: int) -> list[float]:
         """Return the squared distance of each place from `here`, relative to the leader, m^2; the most if it is None.

@@ -35,7 +35,7 @@ REACTIONS_HEAD = """
 ## Reactions
 
 Of each reaction the first row counts whose input is beyond its limit, in a phase that it names. The status then has its
-text as the reason. `refuse` makes `unready` hold, `hold` makes
+text as the reason, and the row's input and reaction as its code. `refuse` makes `unready` hold, `hold` makes
 `disturbed`, `land` makes `danger`.
 
 | reaction | what the pilot does |

@@ -102,7 +102,7 @@ def test_bids_of_another_order_and_bids_that_nobody_can_have_made_are_dropped(sw
     assert one.reported(Report("formation")).counts == (("bids rejected", 4),)
     one.take(told(FREE, FREE, FREE, (most, 4)))
     assert one.place is None
-    assert one.reported(Report("formation")).reasons[0].code == NO_PLACE_YET
+    assert one.reported(Report("formation")).reasons[0] == NO_PLACE_YET
 
 
 def test_who_lands_or_stands_keeps_what_it_holds_and_does_not_bid_again_but_passes_bids_on(swarm):

@@ -32,7 +32,7 @@ def test_no_drones_collide_and_all_are_down_at_the_end(flown: list[Result]) -> N
 def test_they_reach_rungs_of_drivers_and_of_pilots(flown: list[Result]) -> None:
     reached = {rung for result in flown for rung in result.rungs}
     assert reached <= set(RUNGS)
-    assert {"own pose: zero", "own pose: land", "neighbour: dropped", "driver: zero", "driver: land"} <= reached
+    assert {"own pose: zero", "own pose lost: land", "neighbour: dropped", "driver: zero", "driver: land"} <= reached
 
 
 def test_a_seed_draws_the_same_flight_again(flown: list[Result]) -> None:

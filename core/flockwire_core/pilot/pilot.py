@@ -181,6 +181,7 @@ class Pilot:
             concurrent=self.flight.orders.concurrent,
             order_age=self.flight.orders.age(now),
             reasons=reasons,
+            code=self.flight.reason.code,
         )  # fmt: skip
 
     def _values(

@@ -87,7 +87,7 @@ DEFINITIONS = {
         "bool position_known\ngeometry_msgs/Point position\n"
         "float64 clock_offset\nfloat64 clock_bound\n"
         "flockwire_msgs/OrderVersion[] order_concurrent\nfloat64 order_age\n"
-        "flockwire_msgs/Reason[] reasons"
+        "flockwire_msgs/Reason[] reasons\nint32 place\nstring code"
     ),
     "flockwire_msgs/msg/Reason": "string code\nstring text\nstring remedy",
 }

@@ -17,12 +17,8 @@ LONGEST_TEXT: Final = 256  # characters of any of its texts (bytes of UTF-8 afte
 SERIAL = "serial"  # the code of the reason with the serial number of a driver's drone
 LAW_FAILED = "law failed"  # the code of the reason with a law's error and its place
 LEFT_OUT = "estimate left out"  # of the reason that names neighbours whose estimates contradict the others
-PLACE = "place"  # of the reason that names the place which a follower holds by the auction
-NO_PLACE_YET = "no place yet"  # of the reason of a follower that holds none, though such a formation is ordered
 APART = "body apart"  # of the reason of a drone whose tracked body does not move as commanded
 CORNERED = "cornered"  # of the reason, and of the count, of a drone without a way from a person (or another mover)
-HOLDS = "holds place "  # before the rank, in the text of PLACE
-MOST_DIGITS = 4  # of a rank
 OTHERS = "others"  # the sum of unnamed rejections
 
 
@@ -47,9 +43,7 @@ class Reason(NamedTuple):
         return f"{self.text}: {self.remedy}" if self.remedy else self.text
 
 
-def place_reason(place: int | None) -> Reason:
-    """Return the reason that names the `place` (rank) which a follower holds, None: none yet."""
-    return Reason(NO_PLACE_YET, "holds no place yet") if place is None else Reason(PLACE, f"{HOLDS}{place}")
+NO_PLACE_YET: Final = Reason("no place yet", "holds no place yet")  # of a follower that the auction gives none
 
 
 @mypyc_attr(acyclic=True)
@@ -69,6 +63,8 @@ class Report(Record):
         position: m, world frame, by its own pose.
         concurrent: other orders that an upward order must name (pilot/orders.py).
         order_age: s since it received its newest order.
+        place: the rank of the place that it holds by the auction, None without one.
+        code: of the reason of a pilot's phase (pilot/reactions.py).
         reasons: other reports, by code.
 
     """
@@ -76,6 +72,7 @@ class Report(Record):
     __slots__ = (
         "phase", "detail", "formation_error", "pose_age", "estimate_age", "nearby_age", "telemetry_age", "battery",
         "mission", "latency", "counts", "position", "concurrent", "order_age", "reasons",
+        "place", "code",
     )  # fmt: skip
 
     def __init__(
@@ -95,6 +92,8 @@ class Report(Record):
         concurrent: tuple[Version, ...] = (),
         order_age: float = -1.0,
         reasons: tuple[Reason, ...] = (),
+        place: int | None = None,
+        code: str = "",
     ) -> None:
         self.phase: Final = phase
         self.detail: Final = detail
@@ -111,20 +110,14 @@ class Report(Record):
         self.concurrent: Final = concurrent
         self.order_age: Final = order_age
         self.reasons: Final = reasons
+        self.place: Final = place
+        self.code: Final = code
 
     @property
     def line(self) -> str:
-        """The detail and all reasons in one line."""
-        if not self.reasons:
-            return self.detail
-        return "; ".join(filter(None, (self.detail, *(reason.line for reason in self.reasons))))
-
-    @property
-    def place(self) -> int | None:
-        """The rank of the place that it holds by the auction, None without one."""
-        texts = [reason.text for reason in self.reasons if reason.code == PLACE]
-        rank = texts[0].removeprefix(HOLDS) if texts else ""
-        return int(rank) if len(rank) <= MOST_DIGITS and rank.isascii() and rank.isdecimal() else None
+        """The detail, all reasons and the place in one line."""
+        place = "" if self.place is None else f"holds place {self.place}"
+        return "; ".join(filter(None, (self.detail, *(reason.line for reason in self.reasons), place)))
 
     @property
     def newest(self) -> tuple[Version, ...]:

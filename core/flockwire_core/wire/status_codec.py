@@ -21,6 +21,7 @@ from flockwire_core.wire.status import (
     Status,
 )
 
+NO_PLACE: Final = -1
 NO_MISSION: Final = Mission(0, "", "")
 
 
@@ -62,6 +63,8 @@ def write_status(writer: Writer, status: Status) -> None:
     write_versions(writer, report.concurrent)
     writer.doubles((report.order_age,))
     writer.texts(tuple([text for reason in report.reasons for text in reason]), len(Reason._fields))
+    writer.put("i", NO_PLACE if report.place is None else report.place)
+    writer.text(report.code)
 
 
 def _write_order(writer: Writer, order: Mission | None) -> None:
@@ -98,6 +101,7 @@ def read_status(stamp: int, frame: str, reader: Reader) -> Status:
     known, place = reader.take("B"), reader.doubles(5)
     concurrent, order_age = read_versions(reader), reader.doubles(1)[0]
     told = reader.texts(len(Reason._fields))
+    held, code = reader.take("i"), reader.text()
     total = latency + order_age
     for figure in figures:
         total += figure
@@ -110,7 +114,7 @@ def read_status(stamp: int, frame: str, reader: Reader) -> Status:
         raise MessageError(f"names {len(keys)} rejections and {len(links)} links, too many")
     if len(told) > MOST_REASONS * len(Reason._fields):
         raise MessageError(f"gives {len(told) // len(Reason._fields)} reasons, {MOST_REASONS} at most")
-    for text in (frame, identity, phase, detail, *keys, *links, *names, *told):
+    for text in (frame, identity, phase, detail, code, *keys, *links, *names, *told):
         if len(text) > LONGEST_TEXT:
             raise MessageError(f"holds a text of more than {LONGEST_TEXT} characters")
     if len(keys) != len(rejections):
@@ -120,6 +124,7 @@ def read_status(stamp: int, frame: str, reader: Reader) -> Status:
         mission if mission.stamp else None, latency, tuple(zip(names, counts, strict=True)),
         (place[0], place[1], place[2]) if known else None, concurrent, order_age,
         tuple([Reason(*told[k : k + 3]) for k in range(0, len(told), 3)]),
+        held if held >= 0 else None, code,
     )  # fmt: skip
     return Status(
         stamp, frame, identity, report, numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], figures[6],

@@ -79,7 +79,7 @@ def _rungs(flown: Flown, owner: str, reports: Reports, bounds: Bounds) -> Iterat
     low = flying & (reports.batteries >= 0.0) & (reports.batteries < limits.battery_land)
     for name, ages, limit, wrong in (
         ("own pose: hold", reports.pose_ages, stale.pose_zero, forming),
-        ("own pose: land", reports.pose_ages, stale.pose_land, flying),
+        ("own pose lost: land", reports.pose_ages, stale.pose_land, flying),
         ("nearby: hold", reports.nearby_ages, stale.nearby_hold, forming),
         ("telemetry: land", reports.telemetry_ages, stale.telemetry_land, flying),
         ("leader estimate: hold", silent, stale.estimates_hold, forming),

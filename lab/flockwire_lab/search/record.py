@@ -26,7 +26,7 @@ from flockwire_core.wire.status import Status
 from flockwire_lab.flight import TraceInMemory
 from flockwire_lab.process import Published
 from flockwire_lab.search.flown import Flown, Reports, States
-from flockwire_lab.search.rungs import told
+from flockwire_lab.search.rungs import RUNGS
 from flockwire_lab.world import EPOCH
 
 Kind = TypeVar("Kind")
@@ -219,8 +219,8 @@ class Recorder:
     def _climb_down(self, status: Status) -> None:
         """Note which rungs a status tells of."""
         report, stale = status.report, self._stale
-        for rung in told(report.phase, report.detail):
-            self._reached(rung)
+        if report.code in RUNGS:
+            self._reached(report.code)
         if report.phase not in IN_FLIGHT:
             return
         if report.pose_age > stale.pose_zero:

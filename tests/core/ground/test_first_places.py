@@ -11,7 +11,7 @@ from flockwire_core.pilot.orders import flown_formation
 from flockwire_core.wire.cdr import Reader, Writer
 from flockwire_core.wire.orders import read_mission, write_mission
 from flockwire_core.wire.phase import Phase
-from flockwire_core.wire.status import Report, Status, place_reason
+from flockwire_core.wire.status import Report, Status
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -92,7 +92,7 @@ def test_it_stays_by_rank_while_a_position_is_unknown_and_if_ranks_are_best(plan
 
 def reporting(plan, places):
     """Return what is known of pilots that report these places, by drone."""
-    reports = {i: Report(Phase.FORMATION, reasons=(place_reason(place),)) for i, place in places.items()}
+    reports = {i: Report(Phase.FORMATION, place=place) for i, place in places.items()}
     statuses = {
         plan.pilots[i]: Status(NOW, "world", plan.pilots[i], report, 0, 0, 0, 0, 0, 0.0, 0, (), ())
         for i, report in reports.items()

@@ -6,7 +6,7 @@ from flockwire_core.ground.fleet import Fleet
 from flockwire_core.ground.giving import ANSWER_TIME, ChangeGiving, DownGiving
 from flockwire_core.ground.order import Answer, Order
 from flockwire_core.ground.starting import StartGiving
-from flockwire_core.wire.status import Report, Status, place_reason
+from flockwire_core.wire.status import Report, Status
 from repeated_orders import repeated
 
 NOW = 1_790_000_000 * SECOND
@@ -64,7 +64,7 @@ def test_a_change_from_an_auction_waits_for_no_place_that_is_not_known(make_plan
     def given(held):
         made, known = ChangeGiving(make_plan(table), Order("formation", "wide"), OURS, NOW), statuses(NOW)
         for name, place in held.items():
-            report = known[name].report._replace(reasons=(place_reason(place),))
+            report = known[name].report._replace(place=place)
             known[name] = known[name]._replace(report=report)
         made.step(fleet(known, NOW))
         return made

@@ -4,7 +4,7 @@ import pytest
 from flockwire_core.domain.order import MISSION_VERBS, Change, Mission
 from flockwire_core.domain.time import SECOND
 from flockwire_core.pilot.orders import AHEAD, REMEMBERED, Orders, came_down, flown_place, rank, reported_place
-from flockwire_core.wire.status import Report, place_reason
+from flockwire_core.wire.status import Report
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -136,7 +136,7 @@ def test_the_place_of_an_auction_is_the_reported_one(make_swarm):
     order = Mission(NOW, "world", "start", NOW)
 
     def place(mission, held):
-        report = Report("formation", mission=mission, reasons=(place_reason(held),))
+        report = Report("formation", mission=mission, place=held)
         return reported_place(swarm, formations, report, 2)
 
     assert place(order, 3) == (formations[""], 3)

@@ -28,7 +28,7 @@ def test_codes_are_unique():
 
 
 def test_the_first_row_of_a_reaction_counts():
-    both = found(tracking=1.26, battery=0.05, nearby=0.2, own_pose=1.26)
+    both = found(own_pose_lost=1.26, battery=0.05, nearby=0.2, own_pose=1.26)
     assert both[LAND].text == "own pose lost for 1.3 s"
     assert both[HOLD].text == "own pose is stale"
     assert both[REFUSE].text == "waits for its own pose"

@@ -13,7 +13,7 @@ from flockwire_core.wire.cdr import MessageError
 from flockwire_core.wire.codec import decode, encode
 from flockwire_core.wire.keys import TABLE
 from flockwire_core.wire.schemas import DEFINITIONS, ROS_TYPES, schema_text
-from flockwire_core.wire.status import PLACE, Reason, Report, Status, place_reason
+from flockwire_core.wire.status import Reason, Report, Status
 from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -48,6 +48,8 @@ reports = st.builds(
     latency=numbers, counts=st.lists(st.tuples(st.text(), counts), max_size=3).map(tuple),
     position=st.none() | vectors, concurrent=versions, order_age=numbers,
     reasons=st.lists(st.builds(Reason, st.text(), st.text(), st.text()), max_size=3).map(tuple),
+    place=st.none() | st.integers(0, 2**31 - 1),
+    code=st.text(),
 )  # fmt: skip
 MESSAGES = (
     st.builds(Pose, stamps, frames, vectors, st.tuples(numbers, numbers, numbers, numbers)),
@@ -126,6 +128,7 @@ def ros_content(message):  # noqa: PLR0911 (one for each kind)
                 r.position is not None, T["Point"](*(r.position or (0.0, 0.0, 0.0))),
                 message.clock_offset, message.clock_bound,
                 ros_versions(r.concurrent), r.order_age, [T["Reason"](*reason) for reason in r.reasons],
+                -1 if r.place is None else r.place, r.code,
             )  # fmt: skip
     raise AssertionError(message)
 
@@ -178,7 +181,21 @@ def test_every_frame_id_keeps_the_alignment(length):
         TimeRequest(stamp, frame),
         TimeReply(stamp, frame, stamp - 1, stamp + 1),
         Status(stamp, frame, "uav1", Report("hold"), 1, 2, 3, 4, 5, 0.5, 6, (("a", 1),), ("gateway",)),
-        Status(stamp, frame, "driver1", Report("grounded", reasons=REASONS), 1, 2, 3, 4, 5, 0.5, 6, (), ()),
+        Status(
+            stamp,
+            frame,
+            "driver1",
+            Report("grounded", reasons=REASONS, place=17, code="own pose: refuse"),
+            1,
+            2,
+            3,
+            4,
+            5,
+            0.5,
+            6,
+            (),
+            (),
+        ),
         Status(
             stamp,
             frame,
@@ -217,13 +234,6 @@ def test_a_status_without_an_order_names_none():
 def test_a_bid_that_nobody_can_have_made_is_rejected(bid):
     with pytest.raises(MessageError, match="a bid of"):
         decode(Bids, encode(Bids(SECOND, "world", Version(1, 2), (Bid(1.0, 1), bid))))
-
-
-def test_a_report_names_the_place_that_its_follower_holds():
-    assert Report("formation", reasons=(*REASONS, place_reason(17))).place == 17
-    assert Report("formation", reasons=(place_reason(None),)).place is None
-    for forged in ("", "-1", "1e3", "99999", "1" * 300, "²"):
-        assert Report("formation", reasons=(Reason(PLACE, f"holds place {forged}"),)).place is None
 
 
 @given(st.lists(bodies, max_size=40).map(tuple))

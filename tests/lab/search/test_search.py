@@ -247,7 +247,7 @@ def found_by(number: int, value: float, **shown: Any) -> Entry:
 def test_a_corpus_has_what_violates_first_then_what_adds_most_and_nothing_twice() -> None:
     plain = found_by(0, 0.91)
     twin = found_by(1, 0.92)
-    rich = found_by(2, 0.93, events={"a": 1, "b": 3}, rungs={"own pose: zero": 1.0, "own pose: land": 2.0})
+    rich = found_by(2, 0.93, events={"a": 1, "b": 3}, rungs={"own pose: zero": 1.0, "own pose lost: land": 2.0})
     worse = found_by(3, 0.31, events={"a": 1})
     bad = found_by(4, -0.1)
     more = found_by(5, 0.94, events={"b": 2})
