@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from math import floor
 from typing import Final, NamedTuple
 
@@ -22,24 +22,23 @@ Cell = tuple[int, int]
 
 
 class Vicinity:
-    """The `places` (m, by any key), sorted into upright columns of `reach` x `reach` m: few drones share one."""
+    """The `places` (m), sorted into upright columns of `reach` x `reach` m: few bodies share one."""
 
-    def __init__(self, places: Mapping[int, Vector], reach: float) -> None:
+    def __init__(self, places: Iterable[Vector], reach: float) -> None:
         self._reach = reach
-        self._order = {key: rank for rank, key in enumerate(places)}
         self._cells: dict[Cell, list[int]] = {}
-        for key, place in places.items():
-            self._cells.setdefault(self._cell(place), []).append(key)
+        for k, place in enumerate(places):
+            self._cells.setdefault(self._cell(place), []).append(k)
 
     def round(self, position: Vector) -> list[int]:
-        """Return the keys of all places that may be within reach of `position`, in the order of the mapping."""
+        """Return the indices of all places that may be within reach of `position`, ascending."""
         cells, (a, b) = self._cells, self._cell(position)
         found: list[int] = []
         for i in (a - 1, a, a + 1):
             for j in (b - 1, b, b + 1):
                 if (i, j) in cells:
                     found += cells[i, j]
-        return sorted(found, key=self._order.__getitem__) if len(found) > 1 else found
+        return sorted(found)
 
     def _cell(self, place: Vector) -> Cell:
         return (floor(place[0] / self._reach), floor(place[1] / self._reach))
@@ -53,8 +52,6 @@ LEFT: Final = 5 * SECOND  # ns after which an unseen person counts as gone
 SAME: Final = 0.05  # m: two names so near are on one body
 MOST_MOVERS: Final = 500  # other bodies that are kept; beyond that unseen ones are dropped
 TIME_CONSTANT = 0.05  # s, of the velocity trackers
-MOVERS: Final = -1001  # number of the first; numbers above it are of lost drones
-STRAYS: Final = MOVERS - MOST_MOVERS  # numbers below it are of bodies that have a drone's name
 
 
 class Stray(NamedTuple):
@@ -65,14 +62,6 @@ class Stray(NamedTuple):
 
 Called = str | int | Stray  # a body's name; without one the tracker's number: it may turn out to be a drone's
 CARRIED = Stray(LEADER)  # the body of a person who carries the leader
-
-
-def _lost(drone: int) -> int:
-    return -1 - drone
-
-
-def _stray(drone: int) -> int:
-    return STRAYS - 1 - drone
 
 
 class Cylinder(NamedTuple):
@@ -117,7 +106,7 @@ class Mover:
 
 
 class FieldBodies:
-    """The drones, obstacles and other bodies of `swarm`. Other bodies, and lost ones, have numbers below 0."""
+    """The drones, obstacles and other bodies of `swarm`."""
 
     def __init__(self, swarm: Swarm) -> None:
         table, safe = swarm.gateway, swarm.avoidance
@@ -133,7 +122,7 @@ class FieldBodies:
         self._movers: dict[Called, Mover] = {}
         self._here: dict[int, Claim] = {}  # those of the drones that are not lost
         self._all: list[Claim] = []  # the same
-        self._others: dict[int, Mover | LostBody] = {}
+        self._others: list[tuple[int | None, Mover | LostBody]] = []  # each with the drone that it may be
         self._vicinity: Vicinity | None = None
 
     @property
@@ -176,33 +165,28 @@ class FieldBodies:
         """
         seen_from = now - self._lost_after
         self._here = {drone: claim for drone, claim in self._drones.items() if claim.stamp >= seen_from}
-        self._all, self._others = list(self._here.values()), {}
-        if len(self._here) < len(self._drones):
-            self._others = {_lost(i): self._lost_drone(i, now) for i in self._drones if i not in self._here}
+        self._all = list(self._here.values())
+        self._others = [(i, self._lost_drone(i, now)) for i in self._drones if i not in self._here]
         movers = {called: one for called, one in self._movers.items() if self._lasts(called, now - one.stamp)}
         if len(self._movers) >= MOST_MOVERS:
             self._movers = movers
-        for k, (called, mover) in enumerate(movers.items()):
-            if isinstance(called, Stray) and self._is_drone(mover.position):
-                continue
-            number = _stray(called.drone) if isinstance(called, Stray) else MOVERS - k
-            self._others[number] = mover if mover.stamp >= seen_from else self._lost_mover(called, mover, now)
+        for called, mover in movers.items():
+            drone = called.drone if isinstance(called, Stray) else None
+            if drone is None or not self._is_drone(mover.position):
+                lost = mover.stamp < seen_from
+                self._others.append((drone, self._lost_mover(called, mover, now) if lost else mover))
         self._vicinity = None
         if len(self._here) + len(self._others) > FEW:
-            widest = max((other.radius for other in self._others.values()), default=0.0)
-            places = {drone: claim.position for drone, claim in self._here.items()}
-            places |= {key: other.position for key, other in self._others.items()}
+            widest = max((other.radius for _, other in self._others), default=0.0)
+            places = [*(claim.position for claim in self._all), *(other.position for _, other in self._others)]
             self._vicinity = Vicinity(places, self._reach + widest)
 
     def near(self, drone: int, position: Vector) -> tuple[Body, ...]:
         """Return the bodies within the sensing radius of `drone`, which is at `position` (m)."""
         drones, others, reach = self._all, self._others, self._reach
         if self._vicinity is not None:
-            keys = self._vicinity.round(position)
-            drones, others = (
-                [self._here[key] for key in keys if key >= 0],
-                {key: others[key] for key in keys if key < 0},
-            )
+            places, count = self._vicinity.round(position), len(drones)
+            drones, others = [drones[k] for k in places if k < count], [others[k - count] for k in places if k >= count]
         bodies: list[Body] = []
         for claim in drones:
             if claim.drone != drone:
@@ -210,9 +194,7 @@ class FieldBodies:
                 dx, dy, dz = place[0] - position[0], place[1] - position[1], place[2] - position[2]
                 if SAME * SAME < dx * dx + dy * dy + dz * dz < reach * reach:
                     bodies.append(Body(DRONE, (dx, dy, dz), 0.0))
-        if others:
-            own = (_lost(drone), _stray(drone))
-            bodies += [body for key, one in others.items() if key not in own and (body := one.near(position, reach))]
+        bodies += [body for owner, one in others if owner != drone and (body := one.near(position, reach))]
         for obstacle in self._obstacles:
             relative = to_axis(position, obstacle.center, obstacle.height)
             dx, dy, dz = relative
