@@ -17,7 +17,7 @@ COMPILED = (
     "core/flockwire_core/domain",
     *(
         f"core/flockwire_core/wire/{name}.py"
-        for name in ("batch", "cdr", "codec", "inbox", "orders", "phase", "stamped", "status", "status_codec")
+        for name in ("batch", "cdr", "codec", "inbox", "orders", "phase", "status", "status_codec")
     ),
     "core/flockwire_core/pilot",
     *(f"core/flockwire_core/ground/{name}.py" for name in ("fleet", "lost", "standing")),

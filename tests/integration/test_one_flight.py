@@ -19,7 +19,8 @@ import zenoh
 from fleet import Fleet, Tower, copy_swarm, processes_of
 from flockwire_core import clock
 from flockwire_core.security.pki import make_keys
-from flockwire_core.wire.batch import decode_batch
+from flockwire_core.wire.batch import Batch
+from flockwire_core.wire.codec import decode
 from flockwire_core.wire.inbox import attachment, read_attachment
 from flockwire_core.wire.keys import BATCH, MISSION, ROWS, Key
 from flockwire_core.wire.status import Status
@@ -90,7 +91,7 @@ def overhear(fleet: Fleet, take: Callable[[str, bytes, bytes], object], seconds:
         if not text.endswith(f"/{BATCH}"):
             take(text, payload, attached)
             return
-        for entry in decode_batch(payload).entries:
+        for entry in decode(Batch, payload).entries:
             owner, kind = entry.key.split("/")
             publisher = read_attachment(attached).publisher
             own = attachment(entry.sequence, entry.sent, publisher, Key(kind, owner))

@@ -17,7 +17,7 @@ from flockwire_core.runtime import job as jobs
 from flockwire_core.runtime import topics
 from flockwire_core.runtime.job import Job, serve
 from flockwire_core.runtime.publishing import Publishing
-from flockwire_core.wire.batch import MOST, Batch, Entry, decode_batch
+from flockwire_core.wire.batch import MOST, Batch, Entry
 from flockwire_core.wire.codec import decode, encode
 from flockwire_core.wire.inbox import ATTACHMENT, BURST
 from flockwire_core.wire.keys import BATCH, ROWS, Key
@@ -231,7 +231,7 @@ def test_a_process_that_floods_in_batches_is_held_to_the_quota_of_each_key(recor
 def test_a_drones_batches_bring_no_more_messages_than_a_multiple_of_its_own(recording, monkeypatch):
     recorder, session, trace = recording
     batch, decoded = Key(BATCH, "uav1"), []
-    monkeypatch.setattr(topics, "decode_batch", lambda data: decoded.append(decode_batch(data)) or decoded[-1])
+    monkeypatch.setattr(topics, "decode", lambda kind, data: decoded.append(decode(kind, data)) or decoded[-1])
     command, unknown = (Entry(f"uav1/{kind}", 0, T0, b"") for kind in ("command", "x"))
     data = encode(Batch(T0, "world", (*[command] * (MOST - 1), unknown)))
     for tick in range(500):  # 10 s

@@ -106,7 +106,7 @@ class StatusPublisher:
             self._resources.cpu_share(now), self._resources.resident(), rejected, self._resources.links(),
             offset, bound,
         )  # fmt: skip
-        self._publish(((self._key, status.bounded()),))
+        self._publish(((self._key, status),))
         line = report.line
         state = f"{report.phase}: {line}" if line else report.phase
         if state != self._logged:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 from flockwire_core import clock
-from flockwire_core.wire.batch import Collecting, Head
+from flockwire_core.wire.batch import BatchBuilder, Entry
 from flockwire_core.wire.codec import CODECS
 from flockwire_core.wire.inbox import ATTACHMENT, publisher_of
 from flockwire_core.wire.keys import BATCH, ROWS, Key
@@ -19,11 +19,12 @@ if TYPE_CHECKING:
 
 
 class _Outlet:
-    """One key: its Zenoh publishers, the publisher's id, and what stands before its messages in a batch, if they do."""
+    """One published key: its Zenoh publishers, the publisher's id, and its key in batches, empty if it is in none."""
 
-    def __init__(self, key: Key, publishers: tuple[zenoh.Publisher, ...], identity: bytes, head: Head | None) -> None:
-        self.encode = CODECS[ROWS[key.kind].message].encode
-        self.publishers, self.identity, self.head = publishers, identity, head
+    def __init__(self, key: Key, publishers: tuple[zenoh.Publisher, ...], identity: bytes, batched: bool) -> None:
+        self.codec = CODECS[ROWS[key.kind].message]
+        self.publishers, self.identity = publishers, identity
+        self.batched_key = f"{key.owner}/{key.kind}" if batched else ""
         self.sequence = 0
 
 
@@ -41,25 +42,27 @@ class Publishing:
                 key,
                 declare(key) if plan.subscribers(key) else (),
                 publisher_of(session, key),
-                Head(f"{key.owner}/{key.kind}") if key in plan.batched else None,
+                key in plan.batched,
             )
             for key in plan.publishes[identity]
         }
-        self._batch, self._batch_key = Collecting(plan.swarm.frame), Key(BATCH, identity)
+        self._batch, self._batch_key = BatchBuilder(plan.swarm.frame), Key(BATCH, identity)
 
     def publish(self, messages: Iterable[tuple[Key, Message]]) -> None:
         """Publish messages; KeyError if the key table does not allow this identity to publish one of the keys."""
         for key, message in messages:
             outlet = self.outlets[key]
-            self._put(outlet, outlet.encode(message), clock.now())
-        if self._batch.due(clock.now()):
+            self._put(outlet, outlet.codec.encode(message), clock.now())
+        if self._batch.is_due(clock.now()):
             self.flush()
 
     def flush(self) -> None:
-        """Send what is collected for the recorder."""
-        if not self._batch.empty:
-            now = clock.now()
-            self._put(self.outlets[self._batch_key], self._batch.take(now), now)
+        """Send the batch for the recorder."""
+        now = clock.now()
+        batch = self._batch.take(now)
+        if batch.entries:
+            outlet = self.outlets[self._batch_key]
+            self._put(outlet, outlet.codec.encode(batch), now)
 
     def _put(self, outlet: _Outlet, payload: bytes, now: int) -> None:
         sequence = outlet.sequence
@@ -68,6 +71,5 @@ class Publishing:
             attached = ATTACHMENT.pack(sequence, now, 16, outlet.identity)
             for publisher in outlet.publishers:
                 publisher.put(payload, attachment=attached)
-        head = outlet.head
-        if head is not None and self._batch.add(head, sequence, now, payload):
+        if outlet.batched_key and self._batch.add(Entry(outlet.batched_key, sequence, now, payload)):
             self.flush()

@@ -7,8 +7,9 @@ from collections.abc import Iterable, Iterator
 from operator import itemgetter
 
 from flockwire_core.runtime.session import Session
-from flockwire_core.wire.batch import decode_batch
+from flockwire_core.wire.batch import Batch
 from flockwire_core.wire.cdr import MessageError
+from flockwire_core.wire.codec import decode
 from flockwire_core.wire.inbox import BURST, CANARY, MISDIRECTED, OVER_QUOTA, Origin, Quota, mark_of, read_attachment
 from flockwire_core.wire.keys import BATCH, ROWS, Key
 from flockwire_core.wire.plan import Plan
@@ -78,7 +79,7 @@ class BatchedTopics(Topic):
         """Yield the samples received by `now` (Unix ns); count dropped ones in `rejected`, by key and reason."""
         for origin, payload in self._received(now, rejected):
             try:
-                batch = decode_batch(payload)
+                batch = decode(Batch, payload)
             except MessageError:
                 self._checked.reject(rejected, "malformed")
                 continue

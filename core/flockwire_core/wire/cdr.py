@@ -1,13 +1,12 @@
 """CDR of ROS 2: little-endian XCDR1, alignment counted from the end of the 4-byte header.
 
 Source: OMG Common Data Representation (formal/2002-06-51 section 15.3), RTPS 2.3 section 10.2 for the header.
-`Writer` and `Reader` serve all messages but those of the 100 Hz path (stamped.py).
+Compiled, librt reads and writes numbers without making objects of them.
 """
 
 from __future__ import annotations
 
-from functools import lru_cache
-from struct import Struct, error
+from struct import calcsize, pack, unpack_from
 from typing import Any, Final
 
 from librt.strings import (
@@ -20,88 +19,93 @@ from librt.strings import (
     write_i64_le,
 )
 
+from flockwire_core.compiling import mypyc_attr
+from flockwire_core.domain.quaternion import Quaternion
 from flockwire_core.domain.time import SECOND
+from flockwire_core.domain.vector import Vector
 
 HEADER: Final = b"\x00\x01\x00\x00"  # little-endian CDR
 LONGEST_SEQUENCE: Final = 4096
-_ONE: Final = {code: Struct(f"<{code}") for code in "BHiIQdf"}  # the numbers that messages hold
-_SIZES: Final = {code: form.size for code, form in _ONE.items()}
 MOST: Final = 0xFFFF_FFFF  # largest number of 32 bits
 MOST_LONG: Final = 0xFFFF_FFFF_FFFF_FFFF
+_HEADER: Final = int.from_bytes(HEADER, "little")
+_SIZES: Final = {code: calcsize(f"<{code}") for code in "BHiIqQdf"}  # of the numbers that messages hold
+_RECENT: Final = 1_500_000_000  # s, Unix: what mypyc multiplies without an object is below 2^30
 
 
 class MessageError(ValueError):
     """Bytes that are not a message of the expected kind."""
 
 
-def too_short(data: bytes) -> MessageError:
-    """Return the error of a message that ends too soon."""
-    return MessageError(f"ends after {len(data)} bytes, too soon")
-
-
-@lru_cache(maxsize=64)
-def several(code: str, count: int) -> Struct:
-    """Return the struct of `count` numbers of struct code `code`, side by side."""
-    return Struct(f"<{count}{code}")
-
-
-def align(writer: BytesWriter, size: int) -> None:
-    """Append padding to the place of a number of `size` bytes, counted from after the header."""
-    for _ in range((4 - len(writer)) % size):
-        writer.append(0)
-
-
+@mypyc_attr(acyclic=True)
 class Writer:
     """Appends values to a CDR message."""
 
     def __init__(self) -> None:
         self._data = BytesWriter()
-        self._data.write(HEADER)
+        write_i32_le(self._data, _HEADER)
+
+    def _align(self, size: int) -> None:
+        while (len(self._data) - 4) % size:
+            self._data.append(0)
+
+    def byte(self, value: int) -> None:
+        """Append a number from 0 to 255."""
+        self._data.append(value)
+
+    def unsigned(self, value: int) -> None:
+        """Append a number of 32 bits."""
+        self._align(4)
+        write_i32_le(self._data, value if value <= MOST // 2 else value - MOST - 1)
+
+    def long(self, value: int) -> None:
+        """Append a number of 64 bits."""
+        self._align(8)
+        write_i64_le(self._data, value if value <= MOST_LONG // 2 else value - MOST_LONG - 1)
+
+    def double(self, value: float) -> None:
+        """Append a double."""
+        self._align(8)
+        write_f64_le(self._data, value)
+
+    def vector(self, v: Vector) -> None:
+        """Append three doubles."""
+        self._align(8)
+        write_f64_le(self._data, v[0])
+        write_f64_le(self._data, v[1])
+        write_f64_le(self._data, v[2])
+
+    def quaternion(self, q: Quaternion) -> None:
+        """Append four doubles."""
+        self.vector((q[0], q[1], q[2]))
+        write_f64_le(self._data, q[3])
 
     def put(self, code: str, value: object) -> None:
         """Append one number of struct code `code`, aligned."""
-        align(self._data, _SIZES[code])
-        self._data.write(_ONE[code].pack(value))
+        self.put_all(code, value)
 
     def put_all(self, code: str, *values: object) -> None:
         """Append numbers of one struct code, aligned."""
-        align(self._data, _SIZES[code])
-        self._data.write(several(code, len(values)).pack(*values))
-
-    def doubles(self, values: tuple[float, ...]) -> None:
-        """Append doubles, aligned."""
-        align(self._data, 8)
-        for value in values:
-            write_f64_le(self._data, value)
-
-    def longs(self, values: tuple[int, ...]) -> None:
-        """Append unsigned integers of 64 bits, aligned."""
-        align(self._data, 8)
-        for value in values:
-            write_i64_le(self._data, value if value <= MOST_LONG // 2 else value - MOST_LONG - 1)
-
-    def raw(self, data: bytes) -> None:
-        """Append what was written at such a `position` before."""
-        self._data.write(data)
-
-    @property
-    def position(self) -> int:
-        """The number of bytes so far, the header's included."""
-        return len(self._data)
+        self._align(_SIZES[code])
+        self._data.write(pack(f"<{len(values)}{code}", *values))
 
     def time(self, stamp: int) -> None:
         """Append a builtin_interfaces/Time, from ns."""
-        align(self._data, 4)
+        self._align(4)
         write_i32_le(self._data, stamp // SECOND)
         write_i32_le(self._data, stamp % SECOND)
 
     def text(self, value: str) -> None:
         """Append a string."""
         raw = value.encode()
-        align(self._data, 4)
-        write_i32_le(self._data, len(raw) + 1)
+        self.length(len(raw) + 1)
         self._data.write(raw)
         self._data.append(0)
+
+    def octets(self, data: bytes) -> None:
+        """Append a sequence of bytes."""
+        self.length(len(data))
+        self._data.write(data)
 
     def texts(self, values: tuple[str, ...], fields: int = 1) -> None:
         """Append a sequence of strings, or of messages that are so many strings each."""
@@ -117,99 +121,106 @@ class Writer:
 
     def length(self, count: int) -> None:
         """Append the length of a sequence."""
-        align(self._data, 4)
-        write_i32_le(self._data, count)
+        self.unsigned(count)
 
     def finish(self) -> bytes:
         """Return the message."""
         return self._data.getvalue()
 
 
+@mypyc_attr(acyclic=True)
 class Reader:
     """Takes values from a CDR message; raises MessageError if it ends too soon or holds nonsense."""
 
     def __init__(self, data: bytes) -> None:
-        if data[:4] != HEADER:
+        if len(data) < 4 or read_i32_le(data, 0) != _HEADER:
             raise MessageError(f"starts with {data[:4].hex()}, not with the header of little-endian CDR")
         self._data, self._at = data, 4
 
     @property
-    def position(self) -> int:
-        """The number of bytes taken so far, the header's included."""
-        return self._at
+    def left(self) -> int:
+        """The number of bytes not taken yet."""
+        return len(self._data) - self._at
+
+    def _take(self, alignment: int, size: int) -> int:
+        """Take `size` bytes at a multiple of `alignment`; return where they begin."""
+        at = self._at + (4 - self._at) % alignment
+        if at + size > len(self._data):
+            raise MessageError(f"ends after {len(self._data)} bytes, too soon")
+        self._at = at + size
+        return at
+
+    def byte(self) -> int:
+        """Take a number from 0 to 255."""
+        return self._data[self._take(1, 1)]
+
+    def unsigned(self) -> int:
+        """Take a number of 32 bits."""
+        value: int = read_i32_le(self._data, self._take(4, 4))
+        return value & MOST
+
+    def long(self) -> int:
+        """Take a number of 64 bits."""
+        value: int = read_i64_le(self._data, self._take(8, 8))
+        return value if value >= 0 else value + MOST_LONG + 1
+
+    def double(self) -> float:
+        """Take a finite double."""
+        value: float = read_f64_le(self._data, self._take(8, 8))
+        if value - value != 0.0:  # infinite or not a number; cheaper, compiled, than a function of `math`
+            raise MessageError("holds a number that is not finite")
+        return value
+
+    def vector(self) -> Vector:
+        """Take three finite doubles."""
+        at, data = self._take(8, 24), self._data
+        x: float = read_f64_le(data, at)
+        y: float = read_f64_le(data, at + 8)
+        z: float = read_f64_le(data, at + 16)
+        total = x + y + z
+        if total - total != 0.0:
+            raise MessageError("holds a number that is not finite")
+        return (x, y, z)
+
+    def quaternion(self) -> Quaternion:
+        """Take four finite doubles."""
+        x, y, z = self.vector()
+        return (x, y, z, self.double())
 
     def take(self, code: str) -> int:
         """Take one integer of struct code `code`."""
-        at = self._at + (4 - self._at) % _SIZES[code]
-        self._at = at + _SIZES[code]
-        try:
-            (value,) = _ONE[code].unpack_from(self._data, at)
-        except error:
-            raise too_short(self._data) from None
-        return int(value)
+        return int(self.take_all(code, 1)[0])
 
     def take_all(self, code: str, count: int) -> tuple[Any, ...]:
         """Take `count` numbers of struct code `code`."""
-        at = self._at + (4 - self._at) % _SIZES[code]
-        self._at = at + count * _SIZES[code]
-        try:
-            return several(code, count).unpack_from(self._data, at)
-        except error:
-            raise too_short(self._data) from None
-
-    def doubles(self, count: int) -> list[float]:
-        """Take `count` doubles."""
-        at = self._eights(count)
-        return [read_f64_le(self._data, at + 8 * k) for k in range(count)]
-
-    def longs(self, count: int) -> list[int]:
-        """Take `count` unsigned integers of 64 bits."""
-        at = self._eights(count)
-        return [int(read_i64_le(self._data, at + 8 * k)) & MOST_LONG for k in range(count)]
-
-    def _eights(self, count: int) -> int:
-        """Take `count` numbers of 8 bytes; return where they begin."""
-        at = self._at + (4 - self._at) % 8
-        self._at = at + 8 * count
-        if self._at > len(self._data):
-            raise too_short(self._data)
-        return at
-
-    def skips(self, raw: bytes) -> bool:
-        """Return whether the bytes `raw` come next; if so, they count as taken."""
-        end = self._at + len(raw)
-        if self._data[self._at : end] != raw:
-            return False
-        self._at = end
-        return True
-
-    def since(self, begin: int) -> bytes:
-        """Return the bytes taken since `position` was `begin`."""
-        return self._data[begin : self._at]
+        size = _SIZES[code]
+        return unpack_from(f"<{count}{code}", self._data, self._take(size, count * size))
 
     def time(self) -> int:
         """Take a builtin_interfaces/Time, in ns."""
-        at = self._at + -self._at % 4
-        self._at = at + 8
-        if at + 8 > len(self._data):
-            raise too_short(self._data)
+        at = self._take(4, 8)
         seconds: int = read_i32_le(self._data, at)
         rest: int = read_i32_le(self._data, at + 4)
         if not 0 <= rest < SECOND:
             raise MessageError(f"{rest & MOST} ns are more than a second")
-        return seconds * SECOND + rest
+        return (seconds - _RECENT) * SECOND + _RECENT * SECOND + rest
 
     def text(self) -> str:
         """Take a string."""
-        length = self._unsigned()
-        raw = self._data[self._at : self._at + length]
-        if len(raw) != length or not raw.endswith(b"\0"):
-            raise MessageError(f"a string of {length} bytes does not end where it should")
-        self._at += length
+        size = self.unsigned()
+        at = self._take(1, size)
+        if not size or self._data[at + size - 1]:
+            raise MessageError(f"a string of {size} bytes does not end with NUL")
         try:
-            return raw[:-1].decode()
+            return self._data[at : at + size - 1].decode()
         except UnicodeDecodeError as wrong:
             raise MessageError(f"a string is not UTF-8: {wrong}") from None
+
+    def octets(self) -> bytes:
+        """Take a sequence of bytes."""
+        size = self.unsigned()
+        at = self._take(1, size)
+        return self._data[at : at + size]
 
     def texts(self, fields: int = 1) -> tuple[str, ...]:
         """Take a sequence of strings, or of messages that are so many strings each."""
@@ -222,22 +233,12 @@ class Reader:
 
     def length(self) -> int:
         """Take the length of a sequence."""
-        count = self._unsigned()
+        count = self.unsigned()
         if count > LONGEST_SEQUENCE:
             raise MessageError(f"a sequence of {count} elements, the most is {LONGEST_SEQUENCE}")
         return count
 
-    def _unsigned(self) -> int:
-        """Take a number of 32 bits."""
-        at = self._at + -self._at % 4
-        self._at = at + 4
-        if at + 4 > len(self._data):
-            raise too_short(self._data)
-        value: int = read_i32_le(self._data, at)
-        return value & MOST
-
     def end(self) -> None:
         """Check that nothing is left but padding to a multiple of 4."""
-        left = len(self._data) - self._at
-        if left and (left > 3 or any(self._data[self._at :])):
-            raise MessageError(f"{left} bytes are left over")
+        if self.left > 3 or any(self._data[self._at :]):
+            raise MessageError(f"{self.left} bytes are left over")

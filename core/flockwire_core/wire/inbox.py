@@ -95,7 +95,7 @@ class Inbox:
         self.rejected: Counter[str] = Counter()
         self.sent = self.missed = 0
         self.ahead = 0  # ns by which the receiver's time is ahead of swarm time (process/stepping.py)
-        self._decode, self._mark = CODECS[row.message].decode, mark_of(key)
+        self._codec, self._mark = CODECS[row.message], mark_of(key)
         self._maximum_age = None if row.maximum_age is None else round(row.maximum_age * SECOND)
         self._ahead, self._any_time = round(row.ahead * SECOND), row.ahead >= ANY_TIME
         self._newest = 0
@@ -114,7 +114,7 @@ class Inbox:
         if payload.startswith(CANARY):
             return self._reject("canary")
         try:
-            message: Message = self._decode(payload)
+            message: Message = self._codec.decode(payload)
             sequence, sent, size, publisher = ATTACHMENT.unpack(attached)
         except (MessageError, error):
             return self._reject("malformed")

@@ -18,20 +18,20 @@ def write_mission(writer: Writer, mission: Mission) -> None:
     writer.text(mission.formation)
     begin, duration, before, places_before, places = mission.change or NO_CHANGE
     writer.time(begin)
-    writer.put("d", duration)
+    writer.double(duration)
     writer.text(before)
     for ranks in (places_before, places, mission.without):
         writer.numbers("H", ranks)
-    writer.put("I", mission.giver)
+    writer.unsigned(mission.giver)
     write_versions(writer, mission.knows)
 
 
 def read_any_mission(stamp: int, frame: str, reader: Reader) -> Mission:
     """Read the output of `write_mission`, with any verb; raises MessageError."""
     verb, start, formation = reader.text(), reader.time(), reader.text()
-    begin, (duration,), before = reader.time(), reader.take_all("d", 1), reader.text()
+    begin, duration, before = reader.time(), reader.double(), reader.text()
     change = Change(begin, duration, before, reader.numbers("H"), reader.numbers("H"))
-    without, giver, knows = reader.numbers("H"), reader.take("I"), read_versions(reader)
+    without, giver, knows = reader.numbers("H"), reader.unsigned(), read_versions(reader)
     if change == NO_CHANGE:
         return Mission(stamp, frame, verb, start, formation, None, without, giver, knows)
     ranks = list(range(len(change.places)))
@@ -53,10 +53,10 @@ def read_mission(stamp: int, frame: str, reader: Reader) -> Mission:
 def write_versions(writer: Writer, versions: tuple[Version, ...]) -> None:
     """Append the named orders, at most the last MOST_VERSIONS."""
     named = versions[-MOST_VERSIONS:]
-    writer.put("I", len(named))
+    writer.length(len(named))
     for stamp, giver in named:
         writer.time(stamp)
-        writer.put("I", giver)
+        writer.unsigned(giver)
 
 
 def read_versions(reader: Reader) -> tuple[Version, ...]:
@@ -64,22 +64,22 @@ def read_versions(reader: Reader) -> tuple[Version, ...]:
     count = reader.length()
     if count > MOST_VERSIONS:
         raise MessageError(f"names {count} orders, the most is {MOST_VERSIONS}")
-    return tuple([Version(reader.time(), reader.take("I")) for _ in range(count)])
+    return tuple([Version(reader.time(), reader.unsigned()) for _ in range(count)])
 
 
 def write_bids(writer: Writer, message: Bids) -> None:
     """Append bids, after their stamp and frame."""
     writer.time(message.order.stamp)
-    writer.put("I", message.order.giver)
-    writer.put("I", len(message.bids))
+    writer.unsigned(message.order.giver)
+    writer.length(len(message.bids))
     for price, bidder in message.bids:
-        writer.put("d", price)
+        writer.double(price)
         writer.put("i", bidder)
 
 
 def read_bids(stamp: int, frame: str, reader: Reader) -> Bids:
     """Read the output of `write_bids`; raises MessageError, also for a price or a bidder that cannot be."""
-    order = Version(reader.time(), reader.take("I"))
+    order = Version(reader.time(), reader.unsigned())
     bids = tuple([Bid(reader.take_all("d", 1)[0], reader.take("i")) for _ in range(reader.length())])
     for price, bidder in bids:
         if not 0.0 <= price < inf or bidder < NOBODY:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from operator import itemgetter
 from typing import Final, NamedTuple
 
 from flockwire_core.compiling import mypyc_attr
@@ -10,10 +9,10 @@ from flockwire_core.domain.order import Mission, Version
 from flockwire_core.domain.record import Record
 from flockwire_core.domain.vector import Vector
 
-MOST_REJECTIONS: Final = 128  # named keys and reasons in a status: the most frequent ones, the rest in one sum
-MOST_LINKS: Final = 256  # named processes in a status
-MOST_REASONS: Final = 8  # reasons in a status
-LONGEST_TEXT: Final = 256  # characters of any of its texts (bytes of UTF-8 after `bounded`)
+MOST_REJECTIONS: Final = 128  # named keys and reasons in a message: the most frequent ones, the rest in one sum
+MOST_LINKS: Final = 256  # named processes in a message
+MOST_REASONS: Final = 8  # reasons in a message
+LONGEST_TEXT: Final = 256  # characters of any text in a message (bytes of UTF-8 of those written here)
 SERIAL = "serial"  # the code of the reason with the serial number of a driver's drone
 LAW_FAILED = "law failed"  # the code of the reason with a law's error and its place
 LEFT_OUT = "estimate left out"  # of the reason that names neighbours whose estimates contradict the others
@@ -179,27 +178,3 @@ class Status(Record):
         self.links: Final = links
         self.clock_offset: Final = clock_offset
         self.clock_bound: Final = clock_bound
-
-    def bounded(self) -> Status:
-        """Return it with names and texts limited to those that `read_status` accepts."""
-        report, rejected = self.report, self.rejected
-        if len(rejected) > MOST_REJECTIONS:
-            by_count = sorted(rejected, key=itemgetter(1), reverse=True)
-            rest = sum([count for _, count in by_count[MOST_REJECTIONS - 1 :]])
-            rejected = (*by_count[: MOST_REJECTIONS - 1], (OTHERS, rest))
-        counts = _short_names(report.counts[:MOST_REJECTIONS])
-        reasons = tuple([Reason(*map(_shortened, reason)) for reason in report.reasons[:MOST_REASONS]])
-        report = report._replace(detail=_shortened(report.detail), counts=counts, reasons=reasons)
-        links = tuple([_shortened(name) for name in self.links[:MOST_LINKS]])
-        return self._replace(report=report, rejected=_short_names(rejected), links=links)
-
-
-def _short_names(counts: Counts) -> Counts:
-    return tuple([(_shortened(name), count) for name, count in counts])
-
-
-def _shortened(text: str) -> str:
-    encoded = text.encode()
-    if len(encoded) <= LONGEST_TEXT:
-        return text
-    return encoded[: LONGEST_TEXT - 3].decode(errors="ignore") + "..."

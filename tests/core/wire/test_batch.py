@@ -2,8 +2,9 @@
 
 import pytest
 from flockwire_core.domain.time import SECOND
-from flockwire_core.wire.batch import FULL, PERIOD, Batch, Collecting, Entry, Head, decode_batch, encode_batch
+from flockwire_core.wire.batch import FULL, LARGEST, PERIOD, Batch, BatchBuilder, Entry
 from flockwire_core.wire.cdr import MessageError
+from flockwire_core.wire.codec import decode, encode
 from flockwire_core.wire.schemas import ROS_TYPES, schema_text
 from hypothesis import given
 from hypothesis import strategies as st
@@ -31,12 +32,12 @@ def ros():
 
 @given(BATCHES)
 def test_a_batch_comes_back(batch):
-    assert decode_batch(encode_batch(batch)) == batch
+    assert decode(Batch, encode(batch)) == batch
 
 
 @given(BATCHES)
 def test_ros_reads_the_same_batch(ros, batch):
-    message = ros.deserialize_cdr(encode_batch(batch), ROS_TYPES[Batch])
+    message = ros.deserialize_cdr(encode(batch), ROS_TYPES[Batch])
     assert message.header.stamp.sec * SECOND + message.header.stamp.nanosec == batch.stamp
     assert message.header.frame_id == batch.frame
     read = [Entry(one.key, one.sequence, one.sent, bytes(one.payload)) for one in message.entries]
@@ -45,31 +46,29 @@ def test_ros_reads_the_same_batch(ros, batch):
 
 @given(BATCHES.filter(lambda batch: batch.entries), st.data())
 def test_a_batch_that_is_cut_off_is_rejected(batch, data):
-    whole = encode_batch(batch)
+    whole = encode(batch)
     with pytest.raises(MessageError):
-        decode_batch(whole[: data.draw(st.integers(0, len(whole) - 1))])
+        decode(Batch, whole[: data.draw(st.integers(0, len(whole) - 1))])
 
 
 @given(st.binary(max_size=200))
 def test_junk_is_rejected_and_nothing_else_raised(junk):
-    for data in (junk, b"\x00\x01\x00\x00" + junk, encode_batch(Batch(NOW, "world", ()))[:-4] + junk):
+    for data in (junk, b"\x00\x01\x00\x00" + junk, encode(Batch(NOW, "world", ()))[:-4] + junk):
         try:
-            decode_batch(data)
+            decode(Batch, data)
         except MessageError:
             continue
 
 
-def test_a_batch_is_due_a_period_after_its_first_message_or_when_it_is_full():
-    collecting, head = Collecting("world"), Head("uav1/pose")
-    assert collecting.empty
-    assert not collecting.due(NOW)
-    assert not collecting.add(head, 0, NOW, b"x" * 100)
-    assert not collecting.due(NOW + PERIOD - 1)
-    assert collecting.due(NOW + PERIOD)
-    assert len(decode_batch(collecting.take(NOW)).entries) == 1
-    assert collecting.empty
-    assert not collecting.due(NOW + PERIOD)
+def test_a_batch_is_due_a_period_after_its_first_message_and_full_before_it_is_too_large():
+    builder = BatchBuilder("world")
+    assert not builder.is_due(NOW)
+    assert not builder.add(Entry("uav1/pose", 0, NOW, b"x" * 100))
+    assert not builder.is_due(NOW + PERIOD - 1)
+    assert builder.is_due(NOW + PERIOD)
+    assert len(builder.take(NOW).entries) == 1
+    assert not builder.is_due(NOW + PERIOD)
     added = 1
-    while not collecting.add(head, added, NOW, b"x" * 1000):
+    while not builder.add(Entry("uav1/pose", added, NOW, b"x" * 1000)):
         added += 1
-    assert added * 1000 <= FULL < (added + 1) * 1100
+    assert FULL <= len(encode(builder.take(NOW))) + 1100 <= LARGEST

@@ -43,10 +43,10 @@ def test_a_sequence_longer_than_any_is_refused_before_it_is_read():
 @pytest.mark.parametrize(
     ("raw", "rule"),
     [
-        (b"\5\0\0\0abcd", "does not end"),
+        (b"\5\0\0\0abcd", "too soon"),
         (b"\4\0\0\0abcd", "does not end"),
         (b"\0\0\0\0", "does not end"),
-        (b"\xff\xff\xff\xff", "does not end"),
+        (b"\xff\xff\xff\xff", "too soon"),
         (b"\2\0\0\0\xff\0", "not UTF-8"),
         (b"\2\0", "too soon"),
     ],
