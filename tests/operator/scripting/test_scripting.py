@@ -167,12 +167,16 @@ def test_a_change_that_was_planned_before_another_order_is_not_flown(opened, ver
         async with opened() as flight:
             await flight.start()
 
-            async def plan(swarm, running, *_):
+            async def order_meanwhile():
                 getattr(flight._director, verb)(clock.now())
                 await flight.sleep(0.3)
-                return running._replace(stamp=clock.now(), verb="formation")
 
-            monkeypatch.setattr(planning, "plan_off_loop", plan)
+            def plan(swarm, change):
+                asyncio.run_coroutine_threadsafe(order_meanwhile(), loop).result()
+                return change.running._replace(stamp=clock.now(), verb="formation")
+
+            loop = asyncio.get_running_loop()
+            monkeypatch.setattr(planning, "plan_order", plan)
             with pytest.raises(FlightError, match=rf"^formation '': {verb} was ordered meanwhile$"):
                 await flight.formation("")
             assert {drone.phase for drone in flight.drones.values()} == {"hold" if verb == "hold" else "ready"}

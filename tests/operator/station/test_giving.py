@@ -14,21 +14,11 @@ from flockwire_core.runtime.session import RouterAbsentError
 from flockwire_core.wire.phase import Phase
 from flockwire_operator.cli.orders import app
 from flockwire_operator.station import giving, planning
-from flockwire_operator.station.planning import plan_off_loop
-from shadows import lay_shadows
 from simulated_pilots import SimulatedSwarm, started
 from typer.testing import CliRunner
 
 PILOTS = ("leader", "uav1", "uav2", "uav3", "uav4")
 CHANGES = {"formations.wide": {"kind": "circle", "radius": 4.0}}
-
-
-async def planned_here(swarm, running, name, leader, duration):
-    """Plan as the child process does, without one."""
-    try:
-        return formation_planning.plan_in_time(swarm, running, name, clock.now, leader, duration)
-    except formation_planning.ChangeRefusedError as error:
-        raise planning.PlanRefusedError(str(error)) from None
 
 
 @pytest.fixture
@@ -42,7 +32,6 @@ def swarm(make_plan, monkeypatch):
         return found
 
     monkeypatch.setattr(giving, "Session", session)
-    monkeypatch.setattr(planning, "plan_off_loop", planned_here)
     monkeypatch.setattr(clock, "uptime", lambda: 0.0)  # of the command, not of the tests
     monkeypatch.setattr(core, "ANSWER_TIME", 3 * SECOND // 10)
     monkeypatch.setattr(core, "LOOK_TIME", SECOND // 10)
@@ -213,10 +202,7 @@ def test_a_start_names_who_does_not_come_into_the_formation(swarm, monkeypatch):
     assert give(swarm, "start") == Answer(("leader", "uav1", "uav3", "uav4"), ("uav2",))
 
 
-def test_a_change_of_formation_keeps_its_time(swarm, monkeypatch, tmp_path):
-    lay_shadows(tmp_path)
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(planning, "plan_off_loop", plan_off_loop)
+def test_a_change_of_formation_keeps_its_time(swarm):
     running = started()
     swarm.all(Phase.FORMATION, running)
     answer = give(swarm, "formation", "wide")
@@ -264,21 +250,20 @@ def test_an_order_that_comes_while_a_change_is_planned_is_not_undone_by_it(swarm
     running = started()
     swarm.all(Phase.FORMATION, running)
 
-    async def plan(*_):
+    def plan(*_):
         swarm.all(Phase.FORMATION, running._replace(stamp=clock.now(), verb=verb))
         return running._replace(stamp=clock.now(), verb="formation", formation="wide")
 
-    monkeypatch.setattr(planning, "plan_off_loop", plan)
+    monkeypatch.setattr(planning, "plan_order", plan)
     assert give(swarm, "formation", "wide").refusal == f"{verb} was ordered meanwhile"
     assert swarm.published == []
 
 
-def test_a_plan_that_fails_is_a_refusal_with_its_last_line(swarm, monkeypatch, tmp_path):
-    monkeypatch.setattr(planning, "plan_off_loop", plan_off_loop)
-    planner = tmp_path / "planner"
-    planner.write_text("#!/bin/sh\necho Traceback >&2; echo 'MemoryError: too little' >&2; exit 1\n")
-    planner.chmod(0o755)
-    monkeypatch.setattr(planning.sys, "executable", str(planner))
+def test_a_plan_that_fails_is_a_refusal_that_names_the_error(swarm, monkeypatch):
+    def fail(*_):
+        raise MemoryError("too little")
+
+    monkeypatch.setattr(planning, "plan_order", fail)
     swarm.all(Phase.FORMATION, started())
     assert give(swarm, "formation", "wide").refusal == "the change could not be planned: MemoryError: too little"
     assert swarm.published == []
