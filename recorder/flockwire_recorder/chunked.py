@@ -1,9 +1,9 @@
 """An MCAP writer for many small messages: the records of the mcap package, with a fast path for messages.
 
-The package's own writer builds each message record field by field, which takes several times as long as all other work
-of a recorder. Here librt writes the numbers of a message and of its entry in the index, and compiled no object is made
-of them; the file is the same. The Rust writer of foxglove-sdk (0.30) cannot replace it: it has no sequence number or
-publish time, which show losses and delays.
+The package's own writer takes 3.4 us for a message, this one 0.3 us compiled, 0.7 interpreted. A second of five drones
+has 2500 messages: in virtual time, with a trace, it takes 7 ms, with the package's writer 15 ms. That also ends a chunk
+at each flush. The file is the same. The Rust writer of foxglove-sdk (0.30) cannot replace it: it has no sequence number
+or publish time, which show losses and delays.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Iterable
 from struct import Struct, pack
-from typing import IO, Any, BinaryIO, Final
+from typing import Any, BinaryIO, Final
 
 import zstandard
 from librt.strings import BytesWriter, write_i16_le, write_i32_le, write_i64_le
@@ -38,24 +38,19 @@ _HEAD: Final = 22  # bytes of a message record before its data
 _HALF: Final = 1 << 31  # of unsigned numbers of 32 bits: from there on they are written as negative ones
 _HALF_SHORT: Final = 1 << 15
 CHUNK_SPAN: Final = 250_000_000  # ns of log time after which a flush ends a chunk
-_BLOCK = 1 << 16  # bytes of the spool that are copied at a time
 _INDEX = Struct("<BQHI")  # opcode, length, channel, bytes of entries
 _ENTRY: Final = 16  # bytes of one
 
 
 class ChunkedWriter:
-    """Writes an MCAP file to `stream` in zstd chunks of some `chunk_size` bytes.
+    """Writes an MCAP file to `stream` in zstd chunks of some `chunk_size` bytes."""
 
-    The summary at the file's end has an index of each chunk, a kilobyte ten times a second: until then these are kept
-    in `spool`, an empty file of its own.
-    """
-
-    def __init__(self, stream: BinaryIO, spool: IO[bytes], chunk_size: int) -> None:
-        self._stream, self._spool, self._chunk_size = stream, spool, chunk_size
+    def __init__(self, stream: BinaryIO, chunk_size: int) -> None:
+        self._stream, self._chunk_size = stream, chunk_size
         self._schemas: list[Schema] = []
         self._channels: list[Channel] = []
         self._counts: dict[int, int] = {}
-        self._chunks = 0
+        self._chunks: list[bytes] = []  # index of each, for the summary: some 5 KB/s
         self._metadata: list[MetadataIndex] = []
         self._begin, self._end = 0, 0  # log times of the whole file
         self._compressor = zstandard.ZstdCompressor()
@@ -139,24 +134,23 @@ class ChunkedWriter:
         self._stream.truncate()
 
     def _summary(self) -> list[tuple[Opcode, Iterable[bytes]]]:
-        """Return the groups of the summary, each as blocks of whole records (of the chunks: of bytes)."""
+        """Return the groups of the summary, each as records."""
         statistics = Statistics(
             attachment_count=0,
             channel_count=len(self._channels),
             channel_message_counts=dict(sorted(self._counts.items())),
-            chunk_count=self._chunks,
+            chunk_count=len(self._chunks),
             message_count=sum(self._counts.values()),
             metadata_count=len(self._metadata),
             message_start_time=self._begin,
             message_end_time=self._end,
             schema_count=len(self._schemas),
         )
-        self._spool.seek(0)
         return [
             (Opcode.SCHEMA, map(_bytes, self._schemas)),
             (Opcode.CHANNEL, map(_bytes, self._channels)),
             (Opcode.STATISTICS, [_bytes(statistics)]),
-            (Opcode.CHUNK_INDEX, iter(lambda: self._spool.read(_BLOCK), b"")),
+            (Opcode.CHUNK_INDEX, self._chunks),
             (Opcode.METADATA_INDEX, map(_bytes, self._metadata)),
         ]
 
@@ -165,10 +159,9 @@ class ChunkedWriter:
             return
         written, chunk = self._chunk(self._stream.tell())
         self._stream.write(written)
-        self._spool.write(_bytes(chunk))
+        self._chunks.append(_bytes(chunk))
         for channel, entries in self._index.items():
             self._counts[channel] = self._counts.get(channel, 0) + len(entries) // _ENTRY
-        self._chunks += 1
         first, last = self._first, self._last
         self._begin, self._end = min(self._begin or first, first), max(self._end, last)
         self._data, self._index, self._first, self._last = BytesWriter(), {}, 0, 0

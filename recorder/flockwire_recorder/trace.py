@@ -15,7 +15,6 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from itertools import pairwise
 from pathlib import Path
-from tempfile import SpooledTemporaryFile
 
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.faults import Fault, told
@@ -31,7 +30,6 @@ METADATA = "flockwire"
 PUBLISHER = "publisher"  # name of a metadata record: topic, number and, in hexadecimal, id of one
 PROFILE = "ros2"
 CHUNK_SIZE = 256 * 1024  # bytes after which a chunk ends without a flush
-SPOOLED = 64 * 1024  # bytes of the index in memory before they go to a file beside the trace
 MOST_PUBLISHERS = 63  # publishers of one topic with their own number; all others share one
 OTHERS = b"others".ljust(16, b"\0")
 COUNT_BITS = 26  # of the 32 bits of a sequence number: a week at 100 Hz
@@ -82,8 +80,7 @@ class TraceWriter:
         self._channels: dict[str, int] = {}
         self._publishers: dict[str, dict[bytes, int]] = {}  # number of each, by topic
         self._stream = path.open("wb")
-        self._spool = SpooledTemporaryFile(SPOOLED, dir=str(path.parent))  # noqa: SIM115  (closed with the trace)
-        self._writer = ChunkedWriter(self._stream, self._spool, CHUNK_SIZE)
+        self._writer = ChunkedWriter(self._stream, CHUNK_SIZE)
         try:
             self._writer.start(PROFILE, f"flockwire {version('flockwire')}")
             self._writer.add_metadata(METADATA, metadata)
@@ -138,7 +135,6 @@ class TraceWriter:
             return
         try:
             self._writer.finish()
-            self._spool.close()
             self._stream.close()
         except OSError as error:
             raise self._failure(error) from error
@@ -163,9 +159,8 @@ class TraceWriter:
 
     def _failure(self, error: OSError) -> TraceFullError:
         self._failed = True
-        for file in (self._stream, self._spool):
-            with contextlib.suppress(OSError):
-                file.close()
+        with contextlib.suppress(OSError):
+            self._stream.close()
         return TraceFullError(error.errno, f"the trace takes no more: {error.strerror}", str(self._path))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Final
+from typing import Final, NamedTuple
 
 from flockwire_core.compiling import mypyc_attr
 from flockwire_core.domain.record import Record
@@ -33,29 +33,16 @@ class Command(Record):
         self.yaw_rate: Final = yaw_rate  # rad/s, counter-clockwise
 
 
-@mypyc_attr(acyclic=True)
-class Telemetry(Record):
+class Telemetry(NamedTuple):
     """The state of an airframe at `stamp` (Unix ns).
 
     After an emergency stop `stop_received` is true; the state is STOPPED when the drone is known to be down.
     """
 
-    __slots__ = ("stamp", "frame", "state", "battery", "height", "command_age", "stop_received")
-
-    def __init__(
-        self,
-        stamp: int,
-        frame: str,
-        state: FlightState,
-        battery: float,
-        height: float,
-        command_age: float,
-        stop_received: bool = False,
-    ) -> None:
-        self.stamp: Final = stamp
-        self.frame: Final = frame
-        self.state: Final = state
-        self.battery: Final = battery  # share of full, 0 to 1
-        self.height: Final = height  # m above the ground
-        self.command_age: Final = command_age  # s since the last command; -1 before the first
-        self.stop_received: Final = stop_received
+    stamp: int
+    frame: str
+    state: FlightState
+    battery: float  # share of full, 0 to 1
+    height: float  # m above the ground
+    command_age: float  # s since the last command; -1 before the first
+    stop_received: bool = False

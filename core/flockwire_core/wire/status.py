@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
-from flockwire_core.compiling import mypyc_attr
 from flockwire_core.domain.order import Mission, Version
-from flockwire_core.domain.record import Record
 from flockwire_core.domain.vector import Vector
 
 MOST_REJECTIONS: Final = 128  # named keys and reasons in a message: the most frequent ones, the rest in one sum
@@ -45,8 +43,7 @@ class Reason(NamedTuple):
 NO_PLACE_YET: Final = Reason("no place yet", "holds no place yet")  # of a follower that the auction gives none
 
 
-@mypyc_attr(acyclic=True)
-class Report(Record):
+class Report(NamedTuple):
     """A core's report; -1 means that a figure does not apply.
 
     Attributes:
@@ -68,49 +65,23 @@ class Report(Record):
 
     """
 
-    __slots__ = (
-        "phase", "detail", "formation_error", "pose_age", "estimate_age", "nearby_age", "telemetry_age", "battery",
-        "mission", "latency", "counts", "position", "concurrent", "order_age", "reasons",
-        "place", "code",
-    )  # fmt: skip
-
-    def __init__(
-        self,
-        phase: str,
-        detail: str = "",
-        formation_error: float = -1.0,
-        pose_age: float = -1.0,
-        estimate_age: float = -1.0,
-        nearby_age: float = -1.0,
-        telemetry_age: float = -1.0,
-        battery: float = -1.0,
-        mission: Mission | None = None,
-        latency: float = -1.0,
-        counts: Counts = (),
-        position: Vector | None = None,
-        concurrent: tuple[Version, ...] = (),
-        order_age: float = -1.0,
-        reasons: tuple[Reason, ...] = (),
-        place: int | None = None,
-        code: str = "",
-    ) -> None:
-        self.phase: Final = phase
-        self.detail: Final = detail
-        self.formation_error: Final = formation_error
-        self.pose_age: Final = pose_age
-        self.estimate_age: Final = estimate_age
-        self.nearby_age: Final = nearby_age
-        self.telemetry_age: Final = telemetry_age
-        self.battery: Final = battery
-        self.mission: Final = mission
-        self.latency: Final = latency
-        self.counts: Final = counts
-        self.position: Final = position
-        self.concurrent: Final = concurrent
-        self.order_age: Final = order_age
-        self.reasons: Final = reasons
-        self.place: Final = place
-        self.code: Final = code
+    phase: str
+    detail: str = ""
+    formation_error: float = -1.0
+    pose_age: float = -1.0
+    estimate_age: float = -1.0
+    nearby_age: float = -1.0
+    telemetry_age: float = -1.0
+    battery: float = -1.0
+    mission: Mission | None = None
+    latency: float = -1.0
+    counts: Counts = ()
+    position: Vector | None = None
+    concurrent: tuple[Version, ...] = ()
+    order_age: float = -1.0
+    reasons: tuple[Reason, ...] = ()
+    place: int | None = None
+    code: str = ""
 
     @property
     def line(self) -> str:
@@ -124,8 +95,7 @@ class Report(Record):
         return self.concurrent if self.mission is None else (self.mission.version, *self.concurrent)
 
 
-@mypyc_attr(acyclic=True)
-class Status(Record):
+class Status(NamedTuple):
     """flockwire_msgs/Status: the state of a process.
 
     Attributes:
@@ -140,41 +110,18 @@ class Status(Record):
 
     """
 
-    __slots__ = (
-        "stamp", "frame", "identity", "report", "steps", "delayed_1ms", "delayed_5ms", "skipped", "refused", "cpu",
-        "resident", "rejected", "links", "clock_offset", "clock_bound",
-    )  # fmt: skip
-
-    def __init__(
-        self,
-        stamp: int,
-        frame: str,
-        identity: str,
-        report: Report,
-        steps: int,
-        delayed_1ms: int,
-        delayed_5ms: int,
-        skipped: int,
-        refused: int,
-        cpu: float,
-        resident: int,
-        rejected: Counts,
-        links: tuple[str, ...],
-        clock_offset: float = 0.0,
-        clock_bound: float = 0.0,
-    ) -> None:
-        self.stamp: Final = stamp
-        self.frame: Final = frame
-        self.identity: Final = identity
-        self.report: Final = report
-        self.steps: Final = steps
-        self.delayed_1ms: Final = delayed_1ms
-        self.delayed_5ms: Final = delayed_5ms
-        self.skipped: Final = skipped
-        self.refused: Final = refused
-        self.cpu: Final = cpu
-        self.resident: Final = resident
-        self.rejected: Final = rejected
-        self.links: Final = links
-        self.clock_offset: Final = clock_offset
-        self.clock_bound: Final = clock_bound
+    stamp: int
+    frame: str
+    identity: str
+    report: Report
+    steps: int
+    delayed_1ms: int
+    delayed_5ms: int
+    skipped: int
+    refused: int
+    cpu: float
+    resident: int
+    rejected: Counts
+    links: tuple[str, ...]
+    clock_offset: float = 0.0
+    clock_bound: float = 0.0
