@@ -50,7 +50,7 @@ def where(trace: Trace, gap: Gap) -> str:
 
 
 def beside(trace: Trace) -> str:
-    """Return what is missing of the messages of dispensable processes, empty if nothing is."""
+    """Return what is missing of the messages of optional processes, empty if nothing is."""
     gap = longest_gap(trace, judged=False)
     if not gap.length and not trace.lost_beside:
         return ""

@@ -63,7 +63,7 @@ class Trace:
     `contradictions` one for each input that a pilot took for false; `held` which places followers held by auctions;
     `signals` what laws recorded, by follower and name.
     `begin` and `end` are the first and the last log time (Unix ns). `lost` counts missing messages of topics that are
-    not repeated, and missing orders that pilots obeyed; `lost_beside` those of dispensable processes alone; `malformed`
+    not repeated, and missing orders that pilots obeyed; `lost_beside` those of optional processes alone; `malformed`
     the messages that could not be decoded. A trace that was not `closed` was read up to its last complete record;
     `lost_bytes` follow it.
     """

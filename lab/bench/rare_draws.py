@@ -99,7 +99,7 @@ def _orders(plan: Plan, without: Without, chance: Random) -> Faults:
 
 
 def _early(plan: Plan, _: Without, chance: Random) -> Faults:
-    spared = {*plan.witnesses, *_drivers(plan)}
+    spared = {*plan.fault_exempt, *_drivers(plan)}
     processes = [identity for identity in plan.identities if identity not in spared]
     lasts = chance.choice((0.0, 1.0, 6.0, LONG))  # 0: for ever
     return [{"at": _moment(chance, 1.0), "process": chance.choice(processes), "duration": lasts}]

@@ -217,7 +217,7 @@ class VirtualProcess:
             slot = self._slots[place]
             slot.sample = sample
             if slot.prompt:
-                if self._frozen and slot.inbox.each:
+                if self._frozen and slot.inbox.keep_all:
                     self._each.append((slot, sample))
                 elif self._frozen:
                     self._waiting[place] = slot

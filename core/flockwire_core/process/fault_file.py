@@ -61,7 +61,7 @@ def parse_faults(table: dict[str, object], plan: Plan, origin: str) -> tuple[Fau
 
 
 def _problems(faults: tuple[Fault, ...], plan: Plan) -> Iterator[str]:
-    processes = [identity for identity in plan.identities if identity not in plan.witnesses]
+    processes = [identity for identity in plan.identities if identity not in plan.fault_exempt]
     before = 0.0
     for place, fault in enumerate(faults):
         key = f"faults.{place}"

@@ -67,7 +67,7 @@ def patience(plan: Plan, identity: str) -> float:
     """
     if identity in plan.pilots.values():
         return inf
-    return 0.0 if plan.rows[identity].untimed else PATIENCE
+    return 0.0 if plan.rows[identity].starts_before_time else PATIENCE
 
 
 class CorrectedClock(Timekeeping):

@@ -100,7 +100,7 @@ class Prompt(Subscription):
     def arrived(self, sample: zenoh.Sample) -> None:
         """Buffer the sample and announce it. Called by Zenoh, in its thread."""
         self._waiting.append(sample)
-        if self.inbox.each or not self._announced:
+        if self.inbox.keep_all or not self._announced:
             self._announced = True
             self._wakeup.announce(self)
 
@@ -109,7 +109,7 @@ class Prompt(Subscription):
         self._announced = False
         newest, count = None, len(self._waiting)
         self._count(count)
-        for _ in range(min(count, 1) if self.inbox.each else count):
+        for _ in range(min(count, 1) if self.inbox.keep_all else count):
             payload, attached = _bytes(self._waiting.popleft())
             newest = self.inbox.accept(payload, attached, now) or newest
         return newest

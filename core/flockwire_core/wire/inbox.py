@@ -97,12 +97,12 @@ class Inbox:
         self.ahead = 0  # ns by which the receiver's time is ahead of swarm time (process/stepping.py)
         self._codec, self._mark = CODECS[row.message], mark_of(key)
         self._maximum_age = None if row.maximum_age is None else round(row.maximum_age * SECOND)
-        self._ahead, self._any_time = round(row.ahead * SECOND), row.ahead >= ANY_TIME
+        self._ahead, self._any_time = round(row.max_future * SECOND), row.max_future >= ANY_TIME
         self._newest = 0
         self._publisher = b""
         self._sequence = -1
         self._quota, self._largest = Quota(row.rate), row.largest
-        self.each = row.each
+        self.keep_all = row.keep_all
 
     def accept(self, payload: bytes, attached: bytes, now: int) -> Message | None:
         """Return the message, or None if it is malformed, not newer than the last accepted, too old or ahead.
@@ -199,4 +199,4 @@ class Input(ABC):
 def inbox_of(key: Key) -> Inbox:
     """Return the inbox of `key`."""
     row = ROWS[key.kind]
-    return EachInbox(key, row) if row.each else Inbox(key, row)
+    return EachInbox(key, row) if row.keep_all else Inbox(key, row)

@@ -91,9 +91,11 @@ class KeyRow:
     largest: int
     delivery: Delivery = Delivery.STATE
     maximum_age: float | None = 1.0  # s; None: a message is valid until a newer one arrives
-    ahead: float = 0.1  # s by which a stamp may be in the future: a bound on the offset between two machines' clocks
+    max_future: float = (
+        0.1  # s by which a stamp may be in the future: a bound on the offset between two machines' clocks
+    )
     occasional: bool = False  # published only when there is something to report
-    each: bool = False  # every message is read, not only the newest: of several publishers, no clock decides
+    keep_all: bool = False  # there are several publishers, so the newest stamp must not win
 
 
 def _drones(which: Callable[[Swarm], tuple[int, ...]]) -> Owners:
@@ -239,20 +241,20 @@ TABLE = (
         "mission", Mission, _everybody,
         _any_of(_all(*ORDERING, GATEWAY), _ros_orders("start", "formation", "hold", "land")),
         _any_of(_all(GATEWAY, LEADING, AGENT), _walker),
-        400, 8192, Delivery.EVENT, None, ANY_TIME, each=True,
+        400, 8192, Delivery.EVENT, None, ANY_TIME, keep_all=True,
     ),
     KeyRow(
         # Clocks that are far apart must not block a stop.
         "stop", Stop, _everybody, _any_of(_all(*ORDERING), _ros_orders("stop")),
-        _all(KINEMATICS, DRIVER, LEADING, AGENT), 400, 1024, Delivery.EVENT, maximum_age=120.0, ahead=120.0,
+        _all(KINEMATICS, DRIVER, LEADING, AGENT), 400, 1024, Delivery.EVENT, maximum_age=120.0, max_future=120.0,
     ),
     KeyRow(BATCH, Batch, _BATCHING, _itself, _all(), 2 * SECOND // PERIOD, LARGEST, Delivery.BACKGROUND),
     KeyRow(STEERING, Command, _steered, _any_of(_all(TELEOP), _ros_steers), _pilot, 200, 512),
     KeyRow(  # between clocks with any offset
-        TIME_REQUEST, TimeRequest, _other_hosts, _itself, _all(GATEWAY), 40, 512, maximum_age=None, ahead=ANY_TIME
+        TIME_REQUEST, TimeRequest, _other_hosts, _itself, _all(GATEWAY), 40, 512, maximum_age=None, max_future=ANY_TIME
     ),
     KeyRow(
-        TIME_REPLY, TimeReply, _other_hosts, _all(GATEWAY), _itself, 40, 512, maximum_age=None, ahead=ANY_TIME
+        TIME_REPLY, TimeReply, _other_hosts, _all(GATEWAY), _itself, 40, 512, maximum_age=None, max_future=ANY_TIME
     ),
 )  # fmt: skip
 

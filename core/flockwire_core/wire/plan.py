@@ -42,7 +42,7 @@ class Plan(Roster):
         self.pilots: Mapping[int, str] = {i: self.pilot[i] for i in swarm.flying}  # those that a flight waits for
         self.routers = tuple(identity for identity, row in self.rows.items() if row.link is Link.ROUTER)
         self.recorders = tuple(identity for identity, row in self.rows.items() if row.records)
-        self.witnesses = tuple(identity for identity, row in self.rows.items() if row.witness)
+        self.fault_exempt = tuple(identity for identity, row in self.rows.items() if row.fault_exempt)
         self.operators = tuple(identity for identity, row in self.rows.items() if row.link is Link.DIALS)
         self.flows = tuple(self._all_flows())  # in the key table's order
         self.keys = tuple(flow.key for flow in self.flows)
@@ -50,7 +50,7 @@ class Plan(Roster):
             flow.key for flow in self.flows if not set(self.recorders).issubset(flow.subscribers)
         )
         self.judged = frozenset(  # keys without which a flight cannot be judged
-            flow.key for flow in self.flows if not all(self.rows[one].dispensable for one in flow.publishers)
+            flow.key for flow in self.flows if not all(self.rows[one].optional for one in flow.publishers)
         )
         self._flows = {flow.key: flow for flow in self.flows}
         self._collect()

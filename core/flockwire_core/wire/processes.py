@@ -49,18 +49,18 @@ class Process:
     numbered: bool = False  # one member for each of several drones, named on the command line by the drone's id
     link: Link = Link.PEER
     pilot: bool = False  # it is a pilot: a flight waits for it, and ends if it is lost
-    witness: bool = False  # no fault reaches it: without it a flight cannot be judged
+    fault_exempt: bool = False  # no fault reaches it: without it a flight cannot be judged
     records: bool = False  # subscribes to every key and writes the trace; its host conducts the flight
     batches: bool = False  # its state reaches the recorder in batches (batch.py)
     faults: frozenset[str] = frozenset()  # the kinds of fault that its core injects itself
     after: tuple[str, ...] = ("router", "recorder")  # kinds that must report before it is started
     driver: bool = False  # drives airframes: it may end only when they are down
     restarts: bool = False  # it is restarted if it dies in a flight
-    dispensable: bool = False  # a flight goes on without it, and is not judged by what is missing of its messages
-    untimed: bool = False  # it starts before swarm time is known
+    optional: bool = False  # a flight goes on without it, and is not judged by what is missing of its messages
+    starts_before_time: bool = False  # it starts before swarm time is known
     rank: int = 0  # of processes whose parent is gone, those of a lower rank end first
-    alone: str = ""  # "module:function" that runs it without the swarm, with its own --protocol; empty: none
-    replays: str = ""  # "module:function" that shows a trace instead of the swarm, with --trace and --pace; empty: none
+    standalone: str = ""  # "module:function" that runs it without the swarm, with its own --protocol; empty: none
+    replay: str = ""  # "module:function" that shows a trace instead of the swarm, with --trace and --pace; empty: none
     only_if: str = ""  # the condition for members of this kind, in words
 
     @property
@@ -109,7 +109,7 @@ TRACKER = Process(
     runner="flockwire_twins.trackers.process:run",
     rank=3,
     faults=frozenset({"tracker", "noise", "swap", "visitor", "false_pose"}),
-    alone="flockwire_twins.trackers.process:serve_alone",
+    standalone="flockwire_twins.trackers.process:serve_alone",
     only_if="a table [gateway.twin], and a gateway.source that it serves,",
 )
 KINEMATICS = Process(
@@ -155,7 +155,7 @@ DRIVER = Process(
     rank=1,
     batches=True,
     restarts=True,
-    untimed=True,
+    starts_before_time=True,
     only_if="a drone whose airframe has a driver of its own",
 )
 RECORDER = Process(
@@ -166,7 +166,7 @@ RECORDER = Process(
     port=3,
     rank=5,
     runner="flockwire_recorder.process:run",
-    witness=True,
+    fault_exempt=True,
     records=True,
     restarts=True,
     after=("router",),
@@ -180,8 +180,8 @@ ROS = Process(
     rank=4,
     runner="flockwire_operator.ros.process:run",
     restarts=True,
-    dispensable=True,
-    replays="flockwire_operator.ros.replay:play",
+    optional=True,
+    replay="flockwire_operator.ros.replay:play",
     only_if="a table [ros]",
 )
 OPERATOR = Process(
@@ -192,7 +192,7 @@ OPERATOR = Process(
     port=0,
     link=Link.DIALS,
     rank=6,
-    witness=True,
+    fault_exempt=True,
 )
 TELEOP = replace(
     OPERATOR,

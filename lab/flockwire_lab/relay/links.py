@@ -42,7 +42,7 @@ def refusals(key: str, fault: LinkFault, plan: Plan, host: str) -> Iterator[str]
 
 
 def directions(fault: Fault, plan: Plan) -> Iterator[tuple[str, str]]:
-    """Yield the directed links (from, to) that `fault` changes; witnesses always receive everything."""
+    """Yield the directed links (from, to) that `fault` changes; processes that no fault reaches receive everything."""
     match fault:
         case Cut() | LinkChange():
             yield fault.source, fault.target
@@ -50,7 +50,9 @@ def directions(fault: Fault, plan: Plan) -> Iterator[tuple[str, str]]:
             inside = set(fault.processes)
             for source in plan.identities:
                 for target in plan.links[source]:
-                    if (source in inside) != (target in inside) and not {source, target}.intersection(plan.witnesses):
+                    if (source in inside) != (target in inside) and not {source, target}.intersection(
+                        plan.fault_exempt
+                    ):
                         yield source, target
 
 

@@ -40,7 +40,7 @@ def second_station(duration: float, chance: Random) -> dict[str, Any]:
 
 def _keys(kind: str, plan: Plan, chance: Random) -> dict[str, Any]:
     """Return the keys that only some kinds have."""
-    processes = [identity for identity in plan.identities if identity not in plan.witnesses]
+    processes = [identity for identity in plan.identities if identity not in plan.fault_exempt]
     kinds: dict[str, list[str]] = {plan.rows[identity].kind: [] for identity in processes}
     for identity in processes:
         kinds[plan.rows[identity].kind].append(identity)

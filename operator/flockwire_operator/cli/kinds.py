@@ -78,13 +78,13 @@ def parser_of(row: Process) -> ArgumentParser:
             action="store_true",
             help="Use a folder named by the time below OUT; continue one that a crash interrupted.",
         )
-    if row.alone:
+    if row.standalone:
         parser.add_argument(
             "--protocol",
             metavar="P",
             help="The protocol: natnet, vrpn, qualisys, ros. Without the swarm: bodies are at the starts.",
         )
-    if row.replays:
+    if row.replay:
         parser.add_argument("--trace", type=Path, help="Show this trace of the swarm, with its clock, instead of it.")
         parser.add_argument("--pace", type=_pace, default=1.0, help="How many times as fast as it was recorded [1].")
     if row.faults or row.records:  # the recorder marks them in the trace
@@ -135,7 +135,7 @@ def _alone(row: Process, plan: Plan, protocol: str) -> int:
     if protocol not in plan.swarm.gateway.twins:
         refuse(f"--protocol = {protocol!r}: must be one of {', '.join(plan.swarm.gateway.twins)}")
     try:
-        load_object(row.alone)(plan.swarm, protocol)
+        load_object(row.standalone)(plan.swarm, protocol)
     except OSError as error:
         refuse(str(error))
     except KeyboardInterrupt:
@@ -157,7 +157,7 @@ def _replayed(row: Process, plan: Plan, trace: Path, pace: float) -> int:
     """Show a trace, until it is interrupted."""
     _identity(plan, row, None)
     try:
-        load_object(row.replays)(plan, trace, pace)
+        load_object(row.replay)(plan, trace, pace)
     except ValueError as error:
         refuse(f"--trace = {error}")
     except OSError as error:

@@ -12,14 +12,14 @@ from flockwire_core.wire.plan import Plan
 from flockwire_operator.station.processes import Children
 
 MOST_AT_ONCE = 5  # restarts of one process without a pause
-FIRST_PAUSE, LONGEST_PAUSE = SECOND, 60 * SECOND  # ns before a later restart of a dispensable one; each is doubled
+FIRST_PAUSE, LONGEST_PAUSE = SECOND, 60 * SECOND  # ns before a later restart of an optional process; each is doubled
 
 
 class Restarts:
     """Restarts the children of one flight; `note` gets a line about each restart.
 
-    The process table says which. One that refused its configuration is not restarted. A dispensable process never ends
-    a flight: it is given up if it refused its configuration, and else restarted, after a growing pause from the sixth
+    The process table says which. One that refused its configuration is not restarted. An optional process never ends a
+    flight: it is given up if it refused its configuration, and else restarted, after a growing pause from the sixth
     time on. Any other one ends the flight with its sixth death.
     """
 
@@ -45,9 +45,9 @@ class Restarts:
     def _died(self, identity: str, now: int) -> None:
         row, refused = self._plan.rows[identity], self._children.refused(identity)
         pause = self._pause(identity)
-        if row.dispensable and (refused or not row.restarts):
+        if row.optional and (refused or not row.restarts):
             self._note(f"{self._children.how(identity)}; given up, the flight goes on without it")
-        elif row.restarts and not refused and (row.dispensable or not pause):
+        elif row.restarts and not refused and (row.optional or not pause):
             self._note(f"{self._children.how(identity)}; restarted{f' in {pause / SECOND:g} s' if pause else ''}")
             self._counts[identity] += 1
             self._due[identity] = now + pause

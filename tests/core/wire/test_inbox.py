@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 NOW = 1_790_000_000 * SECOND
 US, OTHER = b"a" * 16, b"b" * 16
 POSE = Key("pose", "uav1")
-AHEAD = nanoseconds(ROWS["pose"].ahead)
+AHEAD = nanoseconds(ROWS["pose"].max_future)
 
 
 def pose(stamp=NOW):

@@ -171,7 +171,7 @@ def test_a_flight_waits_for_all_that_fly_a_drone(make_plan):
 
 def test_who_judges_a_flight_is_no_target_of_faults(make_plan):
     plan = make_plan()
-    assert plan.witnesses == ("recorder", "operator", "console")
+    assert plan.fault_exempt == ("recorder", "operator", "console")
     assert plan.recorders == ("recorder",)
 
 

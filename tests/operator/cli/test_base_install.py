@@ -51,7 +51,7 @@ def imported(graph, *paths):
 
 @pytest.mark.parametrize("row", STARTED, ids=lambda row: row.kind)
 def test_a_process_imports_what_the_base_install_has(graph, row):
-    assert imported(graph, row.core, row.runner, row.alone) <= BASE
+    assert imported(graph, row.core, row.runner, row.standalone) <= BASE
 
 
 def test_the_commands_that_run_a_process_import_what_the_base_install_has(graph):
@@ -63,13 +63,13 @@ def test_the_commands_that_run_a_process_import_what_the_base_install_has(graph)
 
 
 def test_the_base_install_has_nothing_that_no_process_imports(graph):
-    used = set().union(*(imported(graph, row.core, row.runner, row.alone) for row in STARTED))
+    used = set().union(*(imported(graph, row.core, row.runner, row.standalone) for row in STARTED))
     assert used == BASE
 
 
 @pytest.mark.parametrize("row", STARTED, ids=lambda row: row.kind)
 def test_no_drone_or_process_has_the_tcp_fault_proxy(graph, row):
-    for path in filter(None, (row.core, row.runner, row.alone)):
+    for path in filter(None, (row.core, row.runner, row.standalone)):
         upstream = graph.find_upstream_modules(path.partition(":")[0])
         assert not {name for name in upstream if name.startswith("flockwire_lab.relay")}
 
