@@ -13,7 +13,10 @@ from flockwire_core import clock
 from flockwire_core.domain.order import Mission
 from flockwire_core.ground.giving import Giving
 from flockwire_core.ground.order import ToPlan
+from flockwire_core.objects import load_object
 from flockwire_core.swarm.model import Swarm
+
+PLAN = "flockwire_core.ground.formation_planning:plan_in_time"  # needs the extra `station`: numpy and scipy
 
 
 class Planner:
@@ -44,6 +47,7 @@ async def _answer(swarm: Swarm, given: Giving, change: ToPlan) -> None:
 
 def plan_order(swarm: Swarm, change: ToPlan) -> Mission:
     """Return the order for `change`. Raises ChangeRefusedError."""
-    from flockwire_core.ground.formation_planning import plan_in_time  # noqa: PLC0415  (numpy and scipy)
-
-    return plan_in_time(swarm, change.running, change.formation, clock.now, change.leader, change.duration)
+    order: Mission = load_object(PLAN)(
+        swarm, change.running, change.formation, clock.now, change.leader, change.duration
+    )
+    return order
