@@ -218,16 +218,20 @@ class Swarm(Model):
 
     def formation_table(self, name: str = "") -> FormationTable:
         """Return the table of the formation called `name`, the first one's when empty; KeyError when there is none."""
-        if name or self.formation is None:
-            return self.formations[name or DEFAULT_FORMATION]
-        return self.formation
+        return self._formations[name]
+
+    @cached_property
+    def _formations(self) -> dict[str, FormationTable]:
+        """All formations by their names in orders; the first one's is empty."""
+        first = self.formation or self.formations.get(DEFAULT_FORMATION)
+        return ({} if first is None else {"": first}) | self.formations
 
     @property
     def formation_names(self) -> tuple[str, ...]:
         """The names of formations in orders; the first one's is empty."""
-        return ("", *self.formations)
+        return tuple(self._formations)
 
-    @cached_property
+    @property
     def formation_keys(self) -> dict[str, str]:
         """The keys of the file's formations, by their names in orders."""
         first = {} if self.formation is None else {"": "formation"}
@@ -236,8 +240,7 @@ class Swarm(Model):
     @cached_property
     def auctioned(self) -> frozenset[str]:
         """The names of the formations whose places the followers share out by an auction."""
-        names = {*self.formation_keys, *([""] if DEFAULT_FORMATION in self.formations else [])}
-        return frozenset(name for name in names if self.formation_table(name).assignment == "auction")
+        return frozenset(name for name, table in self._formations.items() if table.assignment == "auction")
 
     def survey(self, name: str = "", duration: float = SURVEY_HORIZON) -> Survey:
         """Return the extremes of the formation called `name`; raises as building it.

@@ -16,7 +16,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 from pydantic import JsonValue
 
-from flockwire_lab.study.findings import QUANTITIES, Findings, GridPointFigures, Quantity, label
+from flockwire_lab.study.findings import Findings, GridPointFigures, label
+from flockwire_lab.study.flight import QUANTITIES, Quantity
 
 WIDE = {**STYLE, "font.size": 10.5, "xtick.labelsize": 9.5, "ytick.labelsize": 9.5, "legend.fontsize": 9.5}
 FEWEST = 3  # values of a parameter that make a curve
@@ -97,7 +98,7 @@ def _distributions(findings: Findings, swarm: Swarm) -> Figure:
             axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
             axes.xaxis.set_major_formatter("{x:g}")
             axes.xaxis.set_minor_formatter(NullFormatter())
-        if (bound := _limit(quantity, swarm)) is not None:
+        if (bound := quantity.limit(swarm)) is not None:
             axes.axvline(bound, color=DANGER, linewidth=1.1, linestyle=(0, (4, 2)))
 
     return _panels(findings, draw_in)
@@ -138,14 +139,6 @@ def over(findings: Findings, key: str) -> Figure:
         axes.set_ylabel(unit)
 
     return _panels(findings, draw_in)
-
-
-def _limit(quantity: Quantity, swarm: Swarm) -> float | None:
-    return {
-        "min_distance_uav_m": swarm.avoidance.drone_safety_distance,
-        "min_distance_obstacle_m": swarm.avoidance.obstacle_safety_distance,
-        "max_speed_m_s": swarm.limits.speed,
-    }.get(quantity.key)
 
 
 def _title(axes: Axes, text: str) -> None:

@@ -18,7 +18,7 @@ from pydantic import JsonValue
 from scipy.stats import binomtest
 
 from flockwire_lab.study.file import GridPoint, Study, StudyError
-from flockwire_lab.study.flight import Result
+from flockwire_lab.study.flight import QUANTITIES, Result
 from flockwire_lab.study.variation import Table, vary
 
 WORST = 5  # runs that are listed
@@ -34,26 +34,6 @@ class Quantiles:
     p99: float | None
     worst: float | None
     worst_seed: int
-
-
-@dataclass(frozen=True, slots=True)
-class Quantity:
-    """A figure of every run: its key, name, unit, and bad end."""
-
-    key: str
-    text: str
-    unit: str
-    high_is_bad: bool = True
-
-
-QUANTITIES = (
-    Quantity("min_distance_uav_m", "smallest distance between drones", "m", False),
-    Quantity("min_distance_obstacle_m", "smallest distance to an obstacle", "m", False),
-    Quantity("observation_tail_m", "observation error, largest in the tail", "m"),
-    Quantity("formation_tail_m", "formation error, largest in the tail", "m"),
-    Quantity("settled_s", "until the formation had settled", "s"),
-    Quantity("max_speed_m_s", "highest speed", "m/s"),
-)
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Any
 
 from flockwire_analysis.checks import ABOUT_THE_RECORD
@@ -15,6 +16,39 @@ from flockwire_lab.flight import TraceInMemory
 from flockwire_lab.study.file import Study, StudyError
 from flockwire_lab.study.variation import Table, vary
 from flockwire_lab.world import World
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A figure of every run: key, name, unit, where a summary has it, its limit in the swarm file, its bad end."""
+
+    key: str
+    text: str
+    unit: str
+    path: str
+    limit_path: str = ""
+    high_is_bad: bool = True
+
+    def of(self, summary: Summary) -> float | None:
+        """Return the figure of a run, None if it has none."""
+        found: float | None = attrgetter(self.path)(summary)
+        return found
+
+    def limit(self, swarm: Swarm) -> float | None:
+        """Return the limit, None without one."""
+        return float(attrgetter(self.limit_path)(swarm)) if self.limit_path else None
+
+
+QUANTITIES = (
+    Quantity("min_distance_uav_m", "smallest distance between drones", "m",
+             "min_distance_uav_m", "avoidance.drone_safety_distance", high_is_bad=False),
+    Quantity("min_distance_obstacle_m", "smallest distance to an obstacle", "m",
+             "min_distance_obstacle_m", "avoidance.obstacle_safety_distance", high_is_bad=False),
+    Quantity("observation_tail_m", "observation error, largest in the tail", "m", "observation_error_m.max_tail"),
+    Quantity("formation_tail_m", "formation error, largest in the tail", "m", "formation_error_m.max_tail"),
+    Quantity("settled_s", "until the formation had settled", "s", "formation_error_m.settled_s"),
+    Quantity("max_speed_m_s", "highest speed", "m/s", "max_speed_m_s", "limits.speed"),
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,25 +97,12 @@ def fly(task: Task) -> Result:
     reasons = [*([outcome.failure] if outcome.failure else []), *(check.sentence() for check in bad)]
     return Result(
         task.point, task.run, seed, not failed, failed, "; ".join(reasons), _margin(varied.swarm, summary),
-        varied.drawn, _figures(summary), events(recorded),
+        varied.drawn, {one.key: one.of(summary) for one in QUANTITIES}, events(recorded),
     )  # fmt: skip
 
 
-def _figures(summary: Summary) -> dict[str, float | None]:
-    return {
-        "min_distance_uav_m": summary.min_distance_uav_m,
-        "min_distance_obstacle_m": summary.min_distance_obstacle_m,
-        "observation_tail_m": summary.observation_error_m.max_tail,
-        "formation_tail_m": summary.formation_error_m.max_tail,
-        "settled_s": summary.formation_error_m.settled_s,
-        "max_speed_m_s": summary.max_speed_m_s,
-    }
-
-
 def _margin(swarm: Swarm, summary: Summary) -> float:
-    safe = swarm.avoidance
-    kept = (
-        (summary.min_distance_uav_m, safe.drone_safety_distance),
-        (summary.min_distance_obstacle_m, safe.obstacle_safety_distance),
-    )
-    return min((distance / limit for distance, limit in kept if distance is not None), default=0.0)
+    """Return the smallest distance as a share of its limit, 0 if there is none."""
+    distances = [one for one in QUANTITIES if not one.high_is_bad]
+    kept = ((one.of(summary), one.limit(swarm)) for one in distances)
+    return min((found / limit for found, limit in kept if found is not None and limit is not None), default=0.0)

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable
 from importlib.metadata import version
 from pathlib import Path
-from typing import Generic, Self, TypeVar
+from typing import Any, Generic, Self, TypeVar
 
 from flockwire_core.locking import EXCLUSIVE, NOW, lock
 from pydantic import TypeAdapter, ValidationError
@@ -34,12 +34,12 @@ class Ledger(Generic[Entry]):
         if there is None and out.exists() and (not out.is_dir() or any(out.iterdir())):
             raise StudyError(f"--out = {out}: this folder has other content; name a new one")
         if there is not None and there != identity:
-            raise StudyError(
-                f"--out = {out}: there is another study ({_difference(there, identity)}); name a new folder"
-            )
+            differing = ", ".join(f"its {key} differs" for key in identity if there.get(key) != identity[key])
+            how = differing if there else f"its {PLAN} cannot be read"
+            raise StudyError(f"--out = {out}: there is another study ({how}); name a new folder")
         out.mkdir(parents=True, exist_ok=True)
         if there is None:
-            (out / PLAN).write_text(identity, encoding="utf-8")
+            (out / PLAN).write_text(json.dumps(identity, indent=1) + "\n", encoding="utf-8")
         self._file = (out / RUNS).open("a+b")
         try:
             lock(self._file, EXCLUSIVE | NOW)
@@ -87,38 +87,25 @@ def missing(plan: Study, table: Table, results: Iterable[Result]) -> list[Task]:
 
 def is_of(folder: Path, plan: Study, table: Table) -> bool:
     """Return whether the study in `folder` is of the swarm file's `table`, whatever else differs from `plan`."""
-    differing = _differing(_read(folder / PLAN) or "", _identity(plan, table))
-    return differing is not None and "swarm" not in differing
+    return bool((_read(folder / PLAN) or {}).get("swarm") == _identity(plan, table)["swarm"])
 
 
-def _identity(plan: Study, table: Table) -> str:
-    """Return the identity of a study: everything but the number of runs."""
+def _identity(plan: Study, table: Table) -> dict[str, Any]:
+    """Return the identity of a study as JSON has it: everything but the number of runs."""
     content = {
         "flockwire": version("flockwire"),
         "study": plan.model_dump(mode="json", exclude={"runs"}),
         "swarm": {key: value for key, value in table.items() if key != "folder"},
     }
-    return json.dumps(content, indent=1, default=str) + "\n"
+    return dict(json.loads(json.dumps(content, default=str)))
 
 
-def _difference(there: str, here: str) -> str:
-    differing = _differing(there, here)
-    if differing is None:
-        return f"its {PLAN} cannot be read"
-    return ", ".join(f"its {key} differs" for key in differing) or "in another order"
-
-
-def _differing(there: str, here: str) -> list[str] | None:
-    """Return the keys in which two identities differ, None if the first cannot be read."""
+def _read(path: Path) -> dict[str, Any] | None:
+    """Return the identity in a file, None if there is no file, {} if it cannot be read."""
     try:
-        old, new = json.loads(there), json.loads(here)
-        return [key for key in new if old.get(key) != new[key]]
-    except (ValueError, AttributeError):
-        return None
-
-
-def _read(path: Path) -> str | None:
-    try:
-        return path.read_text(encoding="utf-8", errors="replace")
+        found = json.loads(path.read_bytes())
     except (FileNotFoundError, NotADirectoryError):
         return None
+    except ValueError:
+        return {}
+    return found if isinstance(found, dict) else {}

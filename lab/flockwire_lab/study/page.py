@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 from flockwire_analysis.report import render
 from flockwire_core.swarm.model import Swarm
 
-from flockwire_lab.study.findings import QUANTITIES, Findings, GridPointFigures, label, quantity
+from flockwire_lab.study.findings import Findings, GridPointFigures, label, quantity
+from flockwire_lab.study.flight import QUANTITIES
 
 if TYPE_CHECKING:
     from flockwire_analysis.figures.drawing import Picture  # with matplotlib

@@ -15,8 +15,8 @@ from typing import NoReturn
 from flockwire_core.loading import parse_swarm
 from flockwire_lab import coverage
 from flockwire_lab.study.file import Study, StudyError, load_study
-from flockwire_lab.study.findings import QUANTITIES, Findings, find, label, quantity, write_worst
-from flockwire_lab.study.flight import Result, fly
+from flockwire_lab.study.findings import Findings, find, label, quantity, write_worst
+from flockwire_lab.study.flight import QUANTITIES, Result, fly
 from flockwire_lab.study.ledger import Ledger, missing
 from flockwire_lab.study.page import write_study
 from flockwire_lab.study.variation import Table, rehearse, swarm_table

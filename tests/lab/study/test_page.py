@@ -10,8 +10,8 @@ from flockwire_analysis.figures.drawing import Picture
 from flockwire_core.swarm.model import Swarm
 from flockwire_lab.study.figures import draw, over, varied_keys
 from flockwire_lab.study.file import RandomFault, Study
-from flockwire_lab.study.findings import QUANTITIES, Findings, GridPointFigures, Quantiles, label
-from flockwire_lab.study.flight import Result
+from flockwire_lab.study.findings import Findings, GridPointFigures, Quantiles, label
+from flockwire_lab.study.flight import QUANTITIES, Result
 from flockwire_lab.study.page import page
 from page_reader import Hostile, Page
 from pydantic import JsonValue
