@@ -61,6 +61,7 @@ def test_a_trace_is_opened_by_its_path_as_text(good_flight):
         read_trace("nothing.mcap")
 
 
+@pytest.mark.long
 def test_the_notebook_of_the_examples_runs(good_flight, tmp_path):
     notebook = json.loads((ROOT / "examples/paper/flight.ipynb").read_text(encoding="utf-8"))
     cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]

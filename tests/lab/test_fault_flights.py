@@ -16,7 +16,7 @@ from flockwire_lab.search.rungs import RUNGS
 from rare_draws import RARE_KINDS, rare_faults
 from stacked import drawn as stacked
 
-FLIGHTS = 10
+FLIGHTS = 8
 RARE, TELLO = 18, 3  # with --rare a small swarm and orders of a second station; airframes with drivers
 
 

@@ -23,6 +23,7 @@ AUCTION = {
 STARTS = ((0.0, 0.0), (0.6, -2.3), (-2.8, 0.9), (-0.7, 2.6), (2.9, -0.8))  # none near the place of its rank
 
 
+@pytest.mark.long
 def test_a_follower_is_judged_by_the_place_that_it_holds_by_the_auction(make_swarm):
     swarm = make_swarm(AUCTION | {f"drones.{i}.start": [*start, 0.0] for i, start in enumerate(STARTS)})
     recorder = Recorder(Plan(swarm.in_simulation()), lambda: None)

@@ -149,6 +149,7 @@ def test_options_without_an_effect_are_refused(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.long
 def test_the_search_goes_where_the_margin_is_least_and_draws_do_not() -> None:
     search, least, flown = Search(4, 5), 9.0, 0
     while flown < 500:
@@ -172,6 +173,7 @@ def test_equal_results_give_equal_questions() -> None:
     assert asked() == asked()
 
 
+@pytest.mark.long
 def test_a_search_continues_and_ends_like_one_in_a_single_call(
     files: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -190,6 +192,7 @@ def test_a_search_continues_and_ends_like_one_in_a_single_call(
     assert found["least"]["distance"]["what"] in ended.output
 
 
+@pytest.mark.long
 def test_a_search_with_a_corpus_flies_first_what_an_earlier_one_found(
     files: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -293,6 +296,7 @@ def test_after_a_corpus_another_search_learns_what_it_showed() -> None:
     assert made == [*range(BATCH + 1), 0]
 
 
+@pytest.mark.long
 def test_a_corpus_alone_does_not_load_what_chooses_after_it() -> None:
     heavy = {"cma", "ribs", "scipy", "sklearn"}
     code = f"import sys, flockwire_lab.search.campaign; print(sorted({heavy} & set(sys.modules)))"

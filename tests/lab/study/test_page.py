@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from flockwire_analysis.figures.drawing import Picture
 from flockwire_core.swarm.model import Swarm
 from flockwire_lab.study.figures import draw, over, varied_keys
@@ -59,6 +60,7 @@ def rows(values: list[JsonValue], laws: tuple[str, ...] = ("extended", "paper"))
     return Findings("swarm", swept, tuple(found), (), ())
 
 
+@pytest.mark.long
 def test_a_parameter_with_three_numbers_has_curves_by_the_other_keys(
     tmp_path: Path, make_swarm: Callable[..., Swarm]
 ) -> None:

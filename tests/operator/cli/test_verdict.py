@@ -2,6 +2,7 @@ import os
 import subprocess
 import sys
 
+import pytest
 from flockwire_operator.cli.verdict import conclude
 from recorded_flights import Flight, record
 
@@ -25,6 +26,7 @@ def test_a_report_that_cannot_be_drawn_does_not_hide_the_verdict(tmp_path, monke
     assert capsys.readouterr().err.splitlines()[-1].endswith("the report cannot be written: no such back end")
 
 
+@pytest.mark.long
 def test_figures_do_not_depend_on_the_back_end_of_a_notebook(tmp_path):
     record(tmp_path / "trace.mcap")
     done = subprocess.run(

@@ -33,7 +33,7 @@ def test_its_world_is_a_laboratorys_or_ideal_on_request(flockwire, tmp_path):
         )
 
 
-@pytest.mark.parametrize("drones", [4, 20])
+@pytest.mark.parametrize("drones", [4, pytest.param(20, marks=pytest.mark.long)])
 def test_a_new_swarm_passes_its_checks(flockwire, tmp_path, drones):
     path = tmp_path / "swarm.toml"
     flockwire("init", path, "--drones", drones)
