@@ -139,7 +139,7 @@ class Tower:
 
     def __init__(self, plan: Plan, keys: Path) -> None:
         self._swarm, self._session = plan.swarm, _opened(plan, keys)
-        self._sources = [self._session.newest(key) for key in plan.subscribes[OPERATOR.kind] if key.kind == "status"]
+        self._sources = [self._session.buffered(key) for key in plan.subscribes[OPERATOR.kind] if key.kind == "status"]
         self.statuses: dict[str, Status] = {}
 
     def close(self) -> None:

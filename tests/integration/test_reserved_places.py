@@ -14,7 +14,7 @@ from flockwire_core.domain.order import Stop
 from flockwire_core.loading import load_swarm
 from flockwire_core.runtime import configuration
 from flockwire_core.runtime.session import Session
-from flockwire_core.runtime.subscriptions import Newest
+from flockwire_core.runtime.subscriptions import Buffered
 from flockwire_core.security.files import files_of
 from flockwire_core.security.pki import make_keys
 from flockwire_core.wire.keys import STOP
@@ -62,7 +62,7 @@ def links(sessions: list[zenoh.Session], wanted: int, seconds: float = 3.0) -> i
     return found
 
 
-def stopped(plan: Plan, keys: Path, inbox: Newest) -> bool:
+def stopped(plan: Plan, keys: Path, inbox: Buffered) -> bool:
     """Order an emergency stop, as one command does; returns whether it arrived."""
     deadline = time.monotonic() + 3.0
     with Session(plan, OPERATOR, keys) as session:
@@ -77,7 +77,7 @@ def stopped(plan: Plan, keys: Path, inbox: Newest) -> bool:
 def test_a_stop_arrives_when_one_drone_holds_all_places(
     plan: Plan, driver: Session, dial: Callable[[str, str], zenoh.Session], tmp_path: Path
 ) -> None:
-    inbox, places = driver.newest(STOP), len(plan.links[DRIVER])
+    inbox, places = driver.buffered(STOP), len(plan.links[DRIVER])
     foreign = [dial("uav2", plan.endpoints[DRIVER]) for _ in range(FOREIGN)]
     assert links(foreign, places) == places < FOREIGN
     assert stopped(plan, tmp_path, inbox)

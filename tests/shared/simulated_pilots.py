@@ -114,7 +114,7 @@ class SimulatedSwarm:
     def linked(self) -> tuple[str, ...]:
         return self.plan.dials["operator"]
 
-    def newest(self, key: Key) -> Source:
+    def buffered(self, key: Key) -> Source:
         return Source(self, key)
 
     def prompt(self, key: Key, wakeup: Wakeup) -> None:

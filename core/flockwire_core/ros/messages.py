@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache
-from struct import Struct
 from typing import Final, NamedTuple
 
 from flockwire_core.domain.quaternion import Quaternion
-from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector
 from flockwire_core.ros.definitions import NAMED_POSES, POSE, POSES, TRANSFORM, TRANSFORMS
 from flockwire_core.wire.cdr import HEADER, MessageError, Reader, Writer
@@ -16,7 +13,7 @@ from flockwire_core.wire.cdr import HEADER, MessageError, Reader, Writer
 OK, WARN, ERROR, STALE = 0, 1, 2, 3  # levels of a diagnostic status
 UNKNOWN: Final = float("nan")
 DISCHARGING, LITHIUM_POLYMER = 2, 3  # sensor_msgs/BatteryState
-_CLOCK: Final = Struct("<4siI")
+UNKNOWN_COVARIANCE: Final = (0.0,) * 36  # by the message's convention
 _LARGEST_EMPTY = 8  # bytes of a message without fields: the header, one byte, and padding
 
 
@@ -49,49 +46,25 @@ class DiagnosticStatus(NamedTuple):
     values: tuple[tuple[str, str], ...]
 
 
-@lru_cache(maxsize=256)
-def _odometry(frame: int, child: int) -> Struct:
-    """Return the struct of an odometry with names of so many bytes; covariances are zero, which means unknown."""
-    at = 12 + frame
-    padding = -at % 4
-    at += padding + 4 + child
-    return Struct(f"<4siII{frame}s{padding}xI{child}s{-at % 8}x7d288x6d288x")
-
-
 def odometry(stamp: int, frame: str, child: str, position: Vector, orientation: Quaternion, velocity: Vector) -> bytes:
     """Return a nav_msgs/Odometry: the pose of `child` in `frame`, and its velocity (m/s) in `child`."""
-    above, below = frame.encode() + b"\0", child.encode() + b"\0"
-    return _odometry(len(above), len(below)).pack(
-        HEADER, stamp // SECOND, stamp % SECOND, len(above), above, len(below), below,
-        *position, *orientation, *velocity, *ZERO,
-    )  # fmt: skip
-
-
-@lru_cache(maxsize=256)
-def _transforms(frame: int, children: tuple[int, ...]) -> Struct:
-    """Return the struct of transforms with names of so many bytes."""
-    at, parts = 4, ["<4sI"]
-    for child in children:
-        before = -at % 4
-        at += before + 12 + frame
-        between = -at % 4
-        at += between + 4 + child
-        last = -at % 8
-        at += last + 56
-        parts.append(f"{before}xiII{frame}s{between}xI{child}s{last}x7d")
-    return Struct("".join(parts))
+    writer = _stamped(stamp, frame)
+    writer.text(child)
+    writer.put_all("d", *position, *orientation, *UNKNOWN_COVARIANCE, *velocity, *ZERO, *UNKNOWN_COVARIANCE)
+    return writer.finish()
 
 
 def transforms(frame: str, poses: Sequence[Transform]) -> bytes:
     """Return a tf2_msgs/TFMessage: the poses of other frames in `frame`."""
-    above = frame.encode() + b"\0"
-    values: list[object] = []
-    lengths: list[int] = []
+    writer = Writer()
+    writer.length(len(poses))
     for stamp, child, position, orientation in poses:
-        below = child.encode() + b"\0"
-        lengths.append(len(below))
-        values += (stamp // SECOND, stamp % SECOND, len(above), above, len(below), below, *position, *orientation)
-    return _transforms(len(above), tuple(lengths)).pack(HEADER, len(poses), *values)
+        writer.time(stamp)
+        writer.text(frame)
+        writer.text(child)
+        writer.vector(position)
+        writer.quaternion(orientation)
+    return writer.finish()
 
 
 def pose_array(stamp: int, frame: str, poses: Sequence[tuple[Vector, Quaternion]]) -> bytes:
@@ -133,7 +106,9 @@ def diagnostics(stamp: int, statuses: Sequence[DiagnosticStatus]) -> bytes:
 
 def clock_reading(stamp: int) -> bytes:
     """Return a rosgraph_msgs/Clock."""
-    return _CLOCK.pack(HEADER, stamp // SECOND, stamp % SECOND)
+    writer = Writer()
+    writer.time(stamp)
+    return writer.finish()
 
 
 def trigger_response(success: bool, message: str) -> bytes:

@@ -36,7 +36,7 @@ os.environ["ZENOH_RUNTIME"] = ONE_THREAD
 import zenoh
 
 from flockwire_core.runtime.publishing import Publishing
-from flockwire_core.runtime.subscriptions import BACKLOG, Newest, Prompt, Ring, Rings, Wakeup
+from flockwire_core.runtime.subscriptions import BACKLOG, Buffered, Prompt, Rings, Wakeup
 
 _PRIORITIES = {
     Delivery.EVENT: zenoh.Priority.REAL_TIME,  # Zenoh's highest priority
@@ -148,9 +148,9 @@ class Session(contextlib.AbstractContextManager["Session"]):
         if self._held is not None:
             self._held.close()
 
-    def newest(self, key: Key) -> Newest:
-        """Subscribe to `key`, buffering its newest sample until it is read."""
-        return Newest(inbox_of(key), self._rings(key, BACKLOG, zenoh.Locality.REMOTE))
+    def buffered(self, key: Key, capacity: int = BACKLOG) -> Buffered:
+        """Subscribe to `key`, buffering its newest `capacity` samples until they are read."""
+        return Buffered(inbox_of(key), self._rings(key, capacity, zenoh.Locality.REMOTE), capacity)
 
     def prompt(self, key: Key, wakeup: Wakeup) -> Prompt:
         """Subscribe to `key`; `wakeup` calls its handler in the running loop as soon as a sample arrives."""
@@ -160,7 +160,7 @@ class Session(contextlib.AbstractContextManager["Session"]):
             session.declare_subscriber(self._plan.text(key), callback, allowed_origin=zenoh.Locality.REMOTE)
         return prompt
 
-    def every(self, key: Key, capacity: int) -> Ring:
+    def every(self, key: Key, capacity: int) -> Rings:
         """Subscribe to `key` and buffer up to `capacity` samples, own ones too, for batch reading."""
         return self._rings(key, capacity, zenoh.Locality.ANY)
 
@@ -184,12 +184,12 @@ class Session(contextlib.AbstractContextManager["Session"]):
         """Return the sessions of a key, with or without the one for operators."""
         return self._sessions if operators else self._sessions[:1]
 
-    def _rings(self, key: Key, capacity: int, origin: zenoh.Locality) -> Ring:
+    def _rings(self, key: Key, capacity: int, origin: zenoh.Locality) -> Rings:
         rings = []
         for session in self._carrying(key in self._plan.from_operators):
             ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(capacity)
             rings.append(session.declare_subscriber(self._plan.text(key), ring, allowed_origin=origin))
-        return rings[0] if len(rings) == 1 else Rings(rings)
+        return Rings(rings)
 
     def _declare(self, key: Key) -> tuple[zenoh.Publisher, ...]:
         return tuple(

@@ -53,7 +53,7 @@ class Shell:
         self._running, self._lock = False, swarm_clock.lock
         timed, wakeup = swarm_clock.timekeeping, Wakeup(self._arrived, swarm_clock.lock)
         keys, prompt_keys = [key for key in plan.subscribes[identity] if key not in timed.keys], at_once(core)
-        buffered = [session.newest(key) for key in keys if key not in prompt_keys]
+        buffered = [session.buffered(key) for key in keys if key not in prompt_keys]
         prompts = [session.prompt(key, wakeup) for key in keys if key in prompt_keys]
         self._wakeup = wakeup
         flush = None if sockets is None else sockets.flush

@@ -6,7 +6,7 @@ import asyncio
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 import zenoh
 
@@ -20,17 +20,10 @@ BACKLOG: Final = 256  # samples of one key that are buffered; beyond, the oldest
 BEHIND: Final = 1_000_000  # ns since a key was handled within which its next sample has waited: this process is behind
 
 
-class Ring(Protocol):
-    """Buffered samples of one key: a Zenoh subscriber's, or `Rings`."""
-
-    def try_recv(self) -> zenoh.Sample | None:
-        """Return the oldest received sample, None if there is none."""
-
-
 class Rings:
-    """The samples of one key from several sessions."""
+    """The received samples of one key, buffered by Zenoh: a ring for each session that carries the key."""
 
-    def __init__(self, rings: Sequence[Ring]) -> None:
+    def __init__(self, rings: Sequence[zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]]) -> None:
         self._rings = rings
 
     def try_recv(self) -> zenoh.Sample | None:
@@ -42,52 +35,34 @@ class Rings:
         return None
 
 
-class Subscription(Input):
-    """An input from Zenoh."""
+class Buffered(Input):
+    """The samples of a key, buffered until they are read; more than `capacity` between two reads count as overflow."""
 
-    def _count(self, samples: int) -> None:
-        if samples >= BACKLOG:
-            self.inbox.rejected["overflow"] += 1
-
-
-class Newest(Subscription):
-    """The newest sample of a key, buffered until a step reads it."""
-
-    def __init__(self, inbox: Inbox, ring: Ring) -> None:
+    def __init__(self, inbox: Inbox, rings: Rings, capacity: int = BACKLOG) -> None:
         super().__init__(inbox)
-        self._ring = ring
-
-    def message(self, now: int) -> Message | None:
-        """Return the newest message that came since the last call and was accepted, None when there is none."""
-        newest, count = None, 0
-        while (sample := self._ring.try_recv()) is not None:
-            payload, attached = _bytes(sample)
-            newest, count = self.inbox.accept(payload, attached, now) or newest, count + 1
-        self._count(count)
-        return newest
-
-
-class Every:
-    """Every sample of a key, buffered until they are read."""
-
-    def __init__(self, inbox: Inbox, ring: Ring, capacity: int) -> None:
-        self.inbox = inbox
-        self._ring, self._capacity = ring, capacity
+        self._rings, self._capacity = rings, capacity
 
     def messages(self, now: int) -> list[Message]:
         """Return the messages that came since the last call and were accepted."""
-        found, count = [], 0
-        while (sample := self._ring.try_recv()) is not None:
+        found: list[Message] = []
+        count = 0
+        while (sample := self._rings.try_recv()) is not None:
             payload, attached = _bytes(sample)
-            message, count = self.inbox.accept(payload, attached, now), count + 1
+            message = self.inbox.accept(payload, attached, now)
+            count += 1
             if message is not None:
                 found.append(message)
         if count >= self._capacity:
             self.inbox.rejected["overflow"] += 1
         return found
 
+    def message(self, now: int) -> Message | None:
+        """Return the newest message that came since the last call and was accepted, None when there is none."""
+        found = self.messages(now)
+        return found[-1] if found else None
 
-class Prompt(Subscription):
+
+class Prompt(Input):
     """The newest sample of a key (or each, if every message counts), announced to `wakeup` at arrival."""
 
     def __init__(self, inbox: Inbox, wakeup: Wakeup) -> None:
@@ -108,7 +83,8 @@ class Prompt(Subscription):
         """Return the newest message that came since the last call and was accepted, None when there is none."""
         self._announced = False
         newest, count = None, len(self._waiting)
-        self._count(count)
+        if count >= BACKLOG:
+            self.inbox.rejected["overflow"] += 1
         for _ in range(min(count, 1) if self.inbox.keep_all else count):
             payload, attached = _bytes(self._waiting.popleft())
             newest = self.inbox.accept(payload, attached, now) or newest

@@ -19,7 +19,7 @@ CANARY: Final = b"flockwire canary"  # published by the conformance probe instea
 MISDIRECTED: Final = "of another key"  # reason for a message that was published on another key
 OVER_QUOTA: Final = "over quota"  # reason for a message that is too large, or one too many
 MOST_MISSED: Final = 1_000_000  # a larger gap is forged, and must not overflow a counter
-MOST_PUBLISHERS: Final = 64  # publishers, of a key of which every message is read, whose last sequence numbers are kept
+MOST_PUBLISHERS: Final = 64  # publishers of a key whose last sequence numbers are kept
 BURST: Final = 4  # s of its quota that a key may use at once, as after a receiver was frozen
 
 
@@ -99,8 +99,7 @@ class Inbox:
         self._maximum_age = None if row.maximum_age is None else round(row.maximum_age * SECOND)
         self._ahead, self._any_time = round(row.max_future * SECOND), row.max_future >= ANY_TIME
         self._newest = 0
-        self._publisher = b""
-        self._sequence = -1
+        self._sequences: dict[bytes, int] = {}  # the last one of each publisher
         self._quota, self._largest = Quota(row.rate), row.largest
         self.keep_all = row.keep_all
 
@@ -126,12 +125,12 @@ class Inbox:
             return self._reject("malformed")
         if self.ahead:
             message = shifted(message, self.ahead)
-        stamp, same = message.stamp, publisher == self._publisher
-        missed = sequence - self._sequence - 1 if same else 0
+        stamp, last = message.stamp, self._sequences.get(publisher)
+        missed = 0 if last is None else sequence - last - 1
         reason = ""
         if missed < 0:
             reason = "repeated"
-        elif not same and not publisher.endswith(self._mark):
+        elif last is None and not publisher.endswith(self._mark):
             reason = MISDIRECTED
         elif stamp < self._newest and not self._any_time:  # its sequence number shows repetitions
             reason = "older than the last"
@@ -142,32 +141,15 @@ class Inbox:
         if reason:
             return self._reject(reason)
         self.missed = missed if missed < MOST_MISSED else MOST_MISSED
-        self.sent, self._newest, self._publisher, self._sequence = sent, stamp, publisher, sequence
+        self.sent, self._newest = sent, stamp
+        self._sequences[publisher] = sequence
+        if last is None and len(self._sequences) > MOST_PUBLISHERS:
+            del self._sequences[next(iter(self._sequences))]
         return message
 
     def _reject(self, reason: str) -> Message | None:
         self.rejected[reason] += 1
         return None
-
-
-class EachInbox(Inbox):
-    """Receives a key of which every message is read: each publisher is judged only by its sequence numbers."""
-
-    def __init__(self, key: Key, row: KeyRow) -> None:
-        super().__init__(key, row)
-        self._sequences: dict[bytes, int] = {}
-
-    def admit(self, message: Message | None, sequence: int, sent: int, publisher: bytes, now: int) -> Message | None:
-        """Judge the `sequence`-th message of `publisher`, as `accept` does; return it if it passes."""
-        last = self._sequences.get(publisher)
-        self._publisher, self._sequence = (b"", -1) if last is None else (publisher, last)
-        message = super().admit(message, sequence, sent, publisher, now)
-        if message is not None:
-            self._sequences.pop(self._publisher, None)  # in the order of the last use
-            self._sequences[self._publisher] = self._sequence
-            if len(self._sequences) > MOST_PUBLISHERS:
-                del self._sequences[next(iter(self._sequences))]
-        return message
 
 
 def shifted(message: Message, by: int) -> Message:
@@ -198,5 +180,4 @@ class Input(ABC):
 
 def inbox_of(key: Key) -> Inbox:
     """Return the inbox of `key`."""
-    row = ROWS[key.kind]
-    return EachInbox(key, row) if row.keep_all else Inbox(key, row)
+    return Inbox(key, ROWS[key.kind])

@@ -21,12 +21,10 @@ from flockwire_core.runtime.ros_ends import RosInput, RosOutput, RosServices
 from flockwire_core.runtime.ros_node import Place, RosNode, join
 from flockwire_core.runtime.session import Session, routes
 from flockwire_core.runtime.shell import status_publisher
-from flockwire_core.runtime.subscriptions import Every
 from flockwire_core.runtime.swarm_clock import SwarmClock
 from flockwire_core.runtime.ticker import Ticker
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.ros import Ros
-from flockwire_core.wire.inbox import inbox_of
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import counted
 
@@ -53,7 +51,7 @@ class RosProcess:
         self.core = RosCore(plan, lambda: secrets.randbits(31))
         timed.follow(self.core.operator.correct)
         keys = [key for key in plan.subscribes[identity] if key not in timed.keys]
-        self._inputs = [Every(inbox_of(key), session.every(key, CAPACITY), CAPACITY) for key in keys]
+        self._inputs = [session.buffered(key, CAPACITY) for key in keys]
         self._names = {key: plan.text(key) for key in keys}
         self._node: RosNode | None = None
         self._outputs: dict[Topic, RosOutput] = {}

@@ -36,7 +36,7 @@ class Operator:
         self._plan, self._session = plan, session
         self._clock = SwarmClock(plan, identity, session)
         self._clock.timekeeping.follow(self.core.correct)
-        self._inputs = [session.newest(key) for key in plan.subscribes[identity] if key.kind != TIME_REPLY]
+        self._inputs = [session.buffered(key) for key in plan.subscribes[identity] if key.kind != TIME_REPLY]
         self._planner = Planner()
         self.core.knows_time = self._clock.known()
 

@@ -28,7 +28,7 @@ class Wire:
     def __init__(self):
         self.waiting, self.published = {}, []
 
-    def newest(self, key):
+    def buffered(self, key):
         self.waiting[key] = deque()
         return Source(Inbox(key, ROWS[key.kind]), self.waiting[key])
 
