@@ -11,7 +11,7 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-TRACKED = ("claim", "completeness", "core", "field_bodies", "simulated", "tracking")
+TRACKED = ("claim", "completeness", "core", "field_bodies", "tracking")
 COMPILED = (
     "core/flockwire_core/control",
     "core/flockwire_core/domain",
@@ -32,6 +32,7 @@ COMPILED = (
     *(f"leader/flockwire_leader/{name}.py" for name in ("core", "course", "teleoperation", "virtual")),
     *(f"mocap_gateway/flockwire_mocap/{name}.py" for name in TRACKED),
     *(f"twins/flockwire_twins/kinematics/{name}.py" for name in ("airframe", "core", "drone")),
+    "twins/flockwire_twins/trackers/cameras.py",
     *(f"recorder/flockwire_recorder/{name}.py" for name in ("chunked", "trace")),
     *(f"lab/flockwire_lab/{name}.py" for name in ("flight", "network", "process", "virtual_time")),
 )

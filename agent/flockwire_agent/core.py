@@ -205,13 +205,8 @@ class AgentCore:
 
 
 def make_core(start: Start) -> Core:
-    """Return the core of one follower's agent, which lies if a fault says so."""
-    parameters = agent_parameters(start.plan.swarm, start.drone)
-    if not start.faults:
-        return AgentCore(parameters, start.now, start.stopwatch if start.plan.swarm.control.own_law else None)
-    from flockwire_core.process.faults import AgentFault  # noqa: PLC0415  (few flights have such a fault)
-
-    from flockwire_agent.lying import LyingAgent  # noqa: PLC0415
-
-    lies = tuple(fault for fault in start.faults if isinstance(fault, AgentFault) and fault.drone == start.drone)
-    return LyingAgent(parameters, start.now, lies, start.took_off) if lies else AgentCore(parameters, start.now)
+    """Return the core of one follower's agent."""
+    swarm = start.plan.swarm
+    return AgentCore(
+        agent_parameters(swarm, start.drone), start.now, start.stopwatch if swarm.control.own_law else None
+    )

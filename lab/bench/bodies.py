@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Mapping
+from functools import partial
 from math import cos, dist, inf, pi, sin
 from random import Random
 from typing import Any
@@ -26,16 +27,16 @@ from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector, add
 from flockwire_core.loading import parse_swarm
 from flockwire_core.process.cores import Start
-from flockwire_core.process.fault_file import parse_faults
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import APART, Status
+from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.process import Published
 from flockwire_lab.world import World
-from flockwire_mocap.simulated import SimulatedSource
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
+from flockwire_twins.trackers.cameras import SimulatedSource
 
 FENCE, MARGIN, COLLISION, AIR = 3.5, 0.5, 0.2, 0.15  # m; a drone above AIR flies
 HARMLESS = 0.1  # m, of a frozen pose from the truth: a drone that hovers, and was not commanded to move
@@ -96,7 +97,7 @@ class LyingSource:
     """The simulated cameras, with a lie."""
 
     def __init__(self, start: Start, lie: Lie) -> None:
-        self._source, self._lie, self._took_off = SimulatedSource(start), lie, start.took_off
+        self._source, self._lie, self._took_off = SimulatedSource(start), lie, 0
         self.triggers, self.state = self._source.triggers, self._source.state
         self.complete = self._source.complete
 
@@ -237,7 +238,8 @@ def fly_lie(kind: str, seed: int) -> tuple[Watch, bool]:
     watch = Watch(swarm, at)
     sources: Any = gateway.SOURCES
     usual = sources["simulated"]
-    sources["simulated"] = lambda start: LyingSource(start, lie)
+    globals()["make_lying_source"] = partial(LyingSource, lie=lie)
+    sources["simulated"] = f"{__name__}:make_lying_source"
     try:
         outcome = World(swarm, seed, DURATION, parse_faults({"faults": faults}, Plan(swarm), "bench"), watch.take).run()
     finally:

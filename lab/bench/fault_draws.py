@@ -10,10 +10,10 @@ from random import Random
 from typing import Any
 
 from flockwire_core.loading import parse_swarm
-from flockwire_core.process.fault_file import parse_faults
-from flockwire_core.process.faults import Fault
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.plan import Plan
+from flockwire_lab.faults.file import parse_faults
+from flockwire_lab.faults.kinds import Fault
 from flockwire_lab.rare import Rare
 from flockwire_lab.search.drawing import FAULT_KINDS, random_fault, second_station
 from flockwire_lab.search.drawing import WORLD_KINDS as OF_WORLD

@@ -31,10 +31,10 @@ from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector
 from flockwire_core.loading import parse_swarm
-from flockwire_core.process.fault_file import parse_faults
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import CORNERED, Status
+from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.process import Published
 from flockwire_lab.search.space import Genes
 from flockwire_lab.world import World

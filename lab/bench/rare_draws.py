@@ -12,6 +12,7 @@ from typing import Any
 
 from flockwire_core.swarm.tables import Limits
 from flockwire_core.wire.plan import Plan
+from flockwire_lab.faults.targets import targets
 
 Faults = list[dict[str, Any]]
 Without = tuple[int, ...]  # drones that stay on the ground
@@ -99,8 +100,7 @@ def _orders(plan: Plan, without: Without, chance: Random) -> Faults:
 
 
 def _early(plan: Plan, _: Without, chance: Random) -> Faults:
-    spared = {*plan.fault_exempt, *_drivers(plan)}
-    processes = [identity for identity in plan.identities if identity not in spared]
+    processes = [identity for identity in targets(plan) if identity not in _drivers(plan)]
     lasts = chance.choice((0.0, 1.0, 6.0, LONG))  # 0: for ever
     return [{"at": _moment(chance, 1.0), "process": chance.choice(processes), "duration": lasts}]
 

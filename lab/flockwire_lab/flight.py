@@ -9,11 +9,12 @@ from typing import NamedTuple
 from flockwire_analysis.collecting import Collector
 from flockwire_analysis.recorded import Trace
 from flockwire_core.domain.time import SECOND
-from flockwire_core.process.faults import Fault
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.schemas import ROS_TYPES
 from flockwire_recorder.trace import TraceWriter, describe
 
+from flockwire_lab.faults.file import notes
+from flockwire_lab.faults.kinds import Fault
 from flockwire_lab.process import Published, Tap
 from flockwire_lab.world import EPOCH, Outcome, World
 
@@ -24,7 +25,7 @@ class TraceFile:
     """Writes the trace `path`, equal bytes for equal flights. Raises OSError if the disk fails."""
 
     def __init__(self, path: Path, swarm: Swarm, toml: str, seed: int, faults: tuple[Fault, ...] = ()) -> None:
-        self._writer = TraceWriter(path, describe(swarm, toml, seed, EPOCH, faults, virtual=True))
+        self._writer = TraceWriter(path, describe(swarm, toml, seed, EPOCH, notes(faults), virtual=True))
 
     def take(self, published: Published) -> None:
         """Write one message."""
@@ -43,7 +44,7 @@ class TraceInMemory:
     """Collects published messages into a trace without a file."""
 
     def __init__(self, swarm: Swarm, seed: int, faults: tuple[Fault, ...] = ()) -> None:
-        self._collector = Collector(swarm, describe(swarm, "", seed, EPOCH, faults, virtual=True))
+        self._collector = Collector(swarm, describe(swarm, "", seed, EPOCH, notes(faults), virtual=True))
 
     def take(self, published: Published) -> None:
         """Collect one message."""

@@ -16,8 +16,7 @@ from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground.director import Director, Stage
 from flockwire_core.ground.operator import OperatorCore
 from flockwire_core.ground.order import Order
-from flockwire_core.process.cores import Core, Start, make_core, of_core
-from flockwire_core.process.faults import Fault
+from flockwire_core.process.cores import Core, Start, make_core
 from flockwire_core.process.stopwatch import Stopwatch
 from flockwire_core.process.timekeeping import patience, timekeeping
 from flockwire_core.swarm.model import Swarm
@@ -25,7 +24,9 @@ from flockwire_core.wire.keys import Key
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import OPERATOR, TELEOP
 
-from flockwire_lab.fault_injection import FaultInjector
+from flockwire_lab.faults.faulty_core import faulty
+from flockwire_lab.faults.injection import FaultInjector
+from flockwire_lab.faults.kinds import Fault
 from flockwire_lab.network import Conditions, DatagramNetwork, VirtualLink
 from flockwire_lab.operator import Script, ScriptedSteering, VirtualOperator
 from flockwire_lab.process import MakeCore, Outlet, Tap, VirtualProcess
@@ -159,9 +160,9 @@ class World:
 
         def make(now: int, starts: int) -> Core:
             chance = Random(f"{self.swarm.gateway.seed} {self._seed} {identity} {starts}")  # noqa: S311  (noise)
-            faults = of_core(self._faults, self.plan, identity)
             stopwatch = self._stopwatches[identity] = Stopwatch(clock.monotonic, 1.0 / self.swarm.control.rate_hz)
-            return make_core(Start(self.plan, identity, now, chance, faults, self._faulty.took_off, stopwatch))
+            core = make_core(Start(self.plan, identity, now, chance, stopwatch))
+            return faulty(core, self._faults, self.plan, identity, self._faulty.took_off)
 
         return make
 

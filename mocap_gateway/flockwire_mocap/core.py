@@ -6,7 +6,7 @@ It also repeats the operator's newest order twice a second, unchanged, for late 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from statistics import median
 from typing import Final
 
@@ -15,6 +15,7 @@ from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.quaternion import IDENTITY
 from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.objects import load_object
 from flockwire_core.pilot.orders import Orders
 from flockwire_core.process.cores import Ground, Start
 from flockwire_core.swarm.model import Swarm, uav
@@ -26,26 +27,19 @@ from flockwire_core.wire.status import APART, Report, Status
 
 from flockwire_mocap.claim import Claim, in_order, owner
 from flockwire_mocap.field_bodies import FieldBodies, Stray
-from flockwire_mocap.natnet.source import NatNetSource
-from flockwire_mocap.qualisys.source import QualisysSource
-from flockwire_mocap.replay.source import ReplaySource
-from flockwire_mocap.ros.source import RosSource
-from flockwire_mocap.simulated import SimulatedSource
 from flockwire_mocap.tracking import NO_FRAMES, Source
-from flockwire_mocap.vicon.source import ViconSource
-from flockwire_mocap.vrpn.source import VrpnSource
 
 REPEAT: Final = SECOND // 2  # ns between two repetitions of the newest order
 TAKE_OFF = ("prepare", "takeoff")  # the orders that name drones which are not on the field
 LATENCIES = 500  # poses in the reported median
-SOURCES: Mapping[str, Callable[[Start], Source]] = {  # by gateway.source
-    "simulated": SimulatedSource,
-    "natnet": NatNetSource,
-    "vrpn": VrpnSource,
-    "qualisys": QualisysSource,
-    "vicon": ViconSource,
-    "ros": RosSource,
-    "replay": ReplaySource,
+SOURCES: Mapping[str, str] = {  # "module:class", by gateway.source
+    "simulated": "flockwire_twins.trackers.cameras:SimulatedSource",
+    "natnet": "flockwire_mocap.natnet.source:NatNetSource",
+    "vrpn": "flockwire_mocap.vrpn.source:VrpnSource",
+    "qualisys": "flockwire_mocap.qualisys.source:QualisysSource",
+    "vicon": "flockwire_mocap.vicon.source:ViconSource",
+    "ros": "flockwire_mocap.ros.source:RosSource",
+    "replay": "flockwire_mocap.replay.source:ReplaySource",
 }
 
 
@@ -189,4 +183,4 @@ def strayed(drones: set[int], flying: int) -> str:
 def make_core(start: Start) -> GatewayCore:
     """Return the gateway's core, with the source that the swarm file names."""
     swarm = start.plan.swarm
-    return GatewayCore(swarm, SOURCES[swarm.gateway.source](start))
+    return GatewayCore(swarm, load_object(SOURCES[swarm.gateway.source])(start))

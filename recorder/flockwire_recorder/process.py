@@ -92,7 +92,7 @@ async def run(job: Job) -> None:
     with session:
         job.out.mkdir(parents=True, exist_ok=True)
         seed = plan.swarm.gateway.seed
-        trace = TraceWriter(next_part(job.out), describe(plan.swarm, job.toml, seed, clock.now(), job.faults))
+        trace = TraceWriter(next_part(job.out), describe(plan.swarm, job.toml, seed, clock.now(), job.notes))
         recorder = Recorder(plan, identity, session, trace, refusals)
         ticker = Ticker(PERIOD, recorder.tick)
         ticker.start()

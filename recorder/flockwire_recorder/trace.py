@@ -8,16 +8,14 @@ among those of the topic; metadata records give each one's id.
 from __future__ import annotations
 
 import contextlib
-import json
 import platform
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from datetime import UTC, datetime
 from importlib.metadata import version
 from itertools import pairwise
 from pathlib import Path
 
 from flockwire_core.domain.time import SECOND
-from flockwire_core.process.faults import Fault, told
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.inbox import BURST
 from flockwire_core.wire.schemas import schema_text
@@ -25,7 +23,6 @@ from flockwire_core.wire.schemas import schema_text
 from flockwire_recorder.chunked import ChunkedWriter
 from flockwire_recorder.full import TraceFullError
 
-FAULTS = "faults"  # of the metadata
 METADATA = "flockwire"
 PUBLISHER = "publisher"  # name of a metadata record: topic, number and, in hexadecimal, id of one
 PROFILE = "ros2"
@@ -37,15 +34,14 @@ COUNT_MASK = (1 << COUNT_BITS) - 1
 
 
 def describe(
-    swarm: Swarm, toml: str, seed: int, started: int, faults: tuple[Fault, ...] = (), virtual: bool = False
+    swarm: Swarm, toml: str, seed: int, started: int, notes: Mapping[str, str] | None = None, virtual: bool = False
 ) -> dict[str, str]:
     """Return the metadata of a trace; for a `virtual` flight it does not depend on the machine.
 
-    `toml` is the swarm file's text, `seed` that of the run, `started` its Unix time in ns, `faults` the injected
-    faults.
+    `toml` is the swarm file's text, `seed` that of the run, `started` its Unix time in ns; `notes` are
+    added.
     """
     machine = {"zenoh": version("eclipse-zenoh"), "python": platform.python_version(), "host": platform.node()}
-    injected = {FAULTS: json.dumps([[fault.at, told(fault)] for fault in faults])}  # s after the take-off order
     return {
         "swarm": swarm.model_dump_json(),
         "toml": toml,
@@ -53,7 +49,7 @@ def describe(
         **({"world": "virtual"} if virtual else machine),
         "seed": str(seed),
         "started": datetime.fromtimestamp(started // SECOND, UTC).isoformat(),
-        **(injected if faults else {}),
+        **(notes or {}),
     }
 
 

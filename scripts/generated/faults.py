@@ -5,8 +5,7 @@ from __future__ import annotations
 import inspect
 from typing import get_args
 
-from flockwire_core.process.faults import SIM_ONLY, Fault
-from pydantic import BaseModel
+from flockwire_lab.faults.kinds import Fault, FaultKind
 
 
 def faults_table() -> str:
@@ -15,8 +14,8 @@ def faults_table() -> str:
     return "| kind | keys besides `at` and `kind` | what happens |\n|---|---|---|\n" + rows
 
 
-def _row(model: type[BaseModel]) -> str:
+def _row(model: type[FaultKind]) -> str:
     (kind,) = get_args(model.model_fields["kind"].annotation)
     keys = [field.alias or name for name, field in model.model_fields.items() if name not in ("at", "kind")]
-    effect = " ".join(inspect.getdoc(model).split()) + (" Refused in a real flight." if kind in SIM_ONLY else "")
+    effect = " ".join(inspect.getdoc(model).split()) + (" Refused in a real flight." if model.sim_only else "")
     return f"| `{kind}` | {', '.join(f'`{key}`' for key in keys)} | {effect} |\n"

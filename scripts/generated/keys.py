@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, get_args
 
 from flockwire_core.wire.keys import ANY_TIME, TABLE, Delivery, KeyRow
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import PROCESSES, Link, Process
 from flockwire_core.wire.schemas import DEFINITIONS, ROS_TYPES
+from flockwire_lab.faults.kinds import Fault
 
 HEAD = """# Processes, keys and messages
 
@@ -22,7 +23,7 @@ ROS 2 message in CDR. [Architecture](../concepts/architecture.md) explains the m
 A process exists if the swarm file has what the second column names. The order of the rows decides who dials: of two
 linked processes the lower one dials the other.
 
-| process | exists with | link | faults that it injects |
+| process | exists with | link | faults that wrap it |
 |---|---|---|---|
 """
 _LINK = {Link.PEER: "peer", Link.ROUTER: "router", Link.DIALS: "dials"}
@@ -75,7 +76,8 @@ def _legend(names: Mapping[Any, str]) -> str:
 
 
 def _process(row: Process) -> str:
-    faults = ", ".join(f"`{fault}`" for fault in sorted(row.faults))
+    kinds = (get_args(kind.model_fields["kind"].annotation)[0] for kind in get_args(Fault) if row in kind.cores)
+    faults = ", ".join(f"`{kind}`" for kind in sorted(kinds))
     return f"| `{row.kind}` | {row.only_if.rstrip(',') or 'every swarm'} | {_LINK[row.link]} | {faults} |\n"
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from flockwire_analysis.events import Event, events
+from flockwire_analysis.events import FAULTS, Event, events
 from flockwire_analysis.figures import animation, distances, errors, motion
 from flockwire_analysis.figures.animation import VIEWS, animate
 from flockwire_analysis.figures.comparison import compare
@@ -20,7 +20,6 @@ from flockwire_analysis.figures.trajectories import trajectories
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.tracking import Errors, places, reference_velocities, references, velocities
 from flockwire_core.domain.time import SECOND
-from flockwire_recorder.trace import FAULTS
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg

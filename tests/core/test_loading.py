@@ -3,10 +3,10 @@ from pathlib import Path
 
 import pytest
 from flockwire_core.loading import SwarmFileError, load_swarm, parse_swarm, read_swarm
-from flockwire_core.process.fault_file import load_faults
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.reading import CONTROLS, LARGEST_TOML
 from flockwire_core.wire.plan import Plan
+from flockwire_lab.faults.file import load_faults
 from flockwire_lab.study.file import Study, load_study
 
 SHIPPED = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))

@@ -21,9 +21,9 @@ from flockwire_core.control.graph import Graph
 from flockwire_core.control.trajectory import Waypoints
 from flockwire_core.domain.record import Record
 from flockwire_core.loading import load_swarm
-from flockwire_core.process.faults import Kill
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.keys import Key
+from flockwire_lab.faults.kinds import Kill
 
 PLAIN = {int: 1, float: 1.5, str: "a", bool: True, bytes: b"a", object: "a", type(None): None, typing.Any: "a"}
 ROW, FLOWN = Line(2, 1.0, 0.0, 0.5), load_swarm(ROOT / "examples/paper_simulation.toml")

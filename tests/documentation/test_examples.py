@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 from flockwire_core.loading import load_swarm
-from flockwire_core.process.fault_file import load_faults
 from flockwire_core.wire.plan import Plan
+from flockwire_lab.faults.file import load_faults
 from flockwire_lab.study.file import Study, load_study
 from PIL import Image
 

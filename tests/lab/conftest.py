@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 import pytest
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
-from flockwire_core.process.fault_file import parse_faults
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import Status
+from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.process import Published
 from flockwire_lab.world import EPOCH, Outcome, World
 

@@ -16,9 +16,9 @@ from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector, add
 from flockwire_core.loading import parse_swarm
-from flockwire_core.process.fault_file import parse_faults
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.plan import Plan
+from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.process import Published
 from flockwire_lab.world import World
 

@@ -21,9 +21,9 @@ from flockwire_core.domain.bids import held_place
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground.order import Order
 from flockwire_core.parameters import agent_parameters
-from flockwire_core.process.fault_file import parse_faults
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.plan import Plan
+from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.flight import Flight, TraceInMemory, fly_in_memory
 from flockwire_lab.world import EPOCH, World
 

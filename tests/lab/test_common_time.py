@@ -10,11 +10,11 @@ from flockwire_core.domain.airframe import FlightState
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.loading import parse_swarm
 from flockwire_core.process.cores import Core, Start, make_core
-from flockwire_core.process.fault_file import parse_faults
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.codec import decode
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import Status
+from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.process import Published
 from flockwire_lab.world import EPOCH, World
 

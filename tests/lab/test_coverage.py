@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from flockwire_core.process.fault_file import parse_faults
 from flockwire_core.wire.plan import Plan
 from flockwire_lab.coverage import events, table
+from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.flight import Flight, fly_in_memory
 
 

@@ -47,7 +47,7 @@ def flown(folder: Path, hash_seed: int, *seeds: int) -> list[str]:
     program = f"""
 from pathlib import Path
 from flockwire_core.loading import load_swarm
-from flockwire_core.process.fault_file import load_faults
+from flockwire_lab.faults.file import load_faults
 from flockwire_core.wire.plan import Plan
 from flockwire_lab.flight import TraceFile
 from flockwire_lab.world import World

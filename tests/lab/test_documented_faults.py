@@ -9,9 +9,9 @@ from typing import Any, get_args
 
 import pytest
 from flockwire_core.domain.airframe import FlightState
-from flockwire_core.process.fault_file import parse_faults
-from flockwire_core.process.faults import Fault
 from flockwire_core.wire.plan import Plan
+from flockwire_lab.faults.file import parse_faults
+from flockwire_lab.faults.kinds import Fault
 from flockwire_operator.station.fault_injection import refusal
 
 PAGE = Path(__file__).parents[2] / "docs" / "faults.md"

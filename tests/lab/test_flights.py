@@ -14,11 +14,11 @@ from flockwire_core.domain.motion import Estimate
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.law import Decision, LawSettings, Observation
-from flockwire_core.process.faults import Kill
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.codec import encode
 from flockwire_core.wire.plan import Plan
-from flockwire_lab.fault_injection import refusal
+from flockwire_lab.faults.injection import refusal
+from flockwire_lab.faults.kinds import Kill
 from flockwire_lab.process import Published
 
 Fly = Callable[..., object]

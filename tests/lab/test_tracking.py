@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 from flockwire_core.domain.time import SECOND, nanoseconds
-from flockwire_core.process.fault_file import parse_faults
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.plan import Plan
+from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.process import Published
 from flockwire_lab.world import EPOCH, World
 

@@ -11,8 +11,8 @@ from flockwire_core.wire.keys import MISSION, Key
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import APART, Reason, Report, Status
 from flockwire_mocap.core import GatewayCore
-from flockwire_mocap.simulated import SimulatedSource
 from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, unseen
+from flockwire_twins.trackers.cameras import SimulatedSource
 
 BEGAN = 1_790_000_000 * SECOND
 FRAME = SECOND // 100

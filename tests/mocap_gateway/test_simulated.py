@@ -2,33 +2,27 @@ from random import Random
 from statistics import fmean, pstdev
 
 import pytest
-from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.cores import Start
-from flockwire_core.process.faults import NoiseBurst, TrackerLoss
 from flockwire_core.swarm.model import uav
-from flockwire_core.wire.keys import MISSION, Key
+from flockwire_core.wire.keys import Key
 from flockwire_core.wire.plan import Plan
-from flockwire_mocap.simulated import SimulatedSource
 from flockwire_mocap.tracking import ReportedBody
+from flockwire_twins.trackers.cameras import SimulatedSource
 
 PLACE = (1.0, 2.0, 3.0)
 TURNED = (0.0, 0.0, 0.6, 0.8)
 FRAME = SECOND // 100
 BEGAN = 1_790_000_000 * SECOND
-LOSS = TrackerLoss(at=0.495, kind="tracker", drone=1, duration=0.2)
-NOISE = NoiseBurst(at=0.495, kind="noise", noise=0.5, duration=0.2)
 
 
 @pytest.fixture
 def source(make_swarm):
     """Return the builder of a source."""
 
-    def make(seed=1, faults=(), took_off=None, **parameters):
-        return SimulatedSource(
-            Start(Plan(make_swarm({"gateway": parameters})), "gateway", BEGAN, Random(seed), faults, took_off)
-        )
+    def make(seed=1, **parameters):
+        return SimulatedSource(Start(Plan(make_swarm({"gateway": parameters})), "gateway", BEGAN, Random(seed)))
 
     return make
 
@@ -113,29 +107,3 @@ def test_the_frame_is_complete_with_the_last_truth(source):
         show(ideal, BEGAN, drone)
         told.append(ideal.complete())
     assert told == [False, False, False, False, True, False]
-
-
-@pytest.mark.parametrize("restarted", [False, True])
-def test_faults_count_from_the_take_off_ordered_now_or_before_a_restart(source, restarted):
-    faulty = source(faults=(LOSS, NOISE), took_off=BEGAN if restarted else None)
-    if not restarted:
-        faulty.receive(MISSION, Mission(BEGAN, "world", "takeoff"), BEGAN)
-    bodies = film(faulty, 100, (1, 2))
-    seen = [t for t, body in bodies if body.name == "uav1"]
-    noisy = [t for t, body in bodies if body.name == "uav2" and body.position != PLACE]
-    hundredths = set(range(1, 101))
-    assert {round(100 * t) for t in seen} == hundredths - set(range(50, 70))
-    assert {round(100 * t) for t in noisy} == set(range(50, 70))
-
-
-def test_before_a_take_off_there_are_no_faults_and_other_orders_are_none(source):
-    faulty = source(faults=(LOSS,))
-    faulty.receive(MISSION, Mission(BEGAN, "world", "start", BEGAN), BEGAN)
-    assert len(film(faulty, 100)) == 100
-
-
-def test_a_later_take_off_does_not_have_the_faults_again(source):
-    """As those of every other process: they count from the first one."""
-    faulty = source(faults=(LOSS,), took_off=BEGAN - 60 * SECOND)
-    faulty.receive(MISSION, Mission(BEGAN, "world", "takeoff"), BEGAN)
-    assert len(film(faulty, 100)) == 100

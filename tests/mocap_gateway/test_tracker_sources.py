@@ -34,7 +34,7 @@ def converse(start, frames=3, options=None, twin=None, **gateway):
     simulated, core = TwinCore(begun), make_core(start(source="natnet", twin=twin or {}, **gateway))
     session, server = core.source.session, NatNetTwin(options or TwinOptions((4, 1)), simulated.names)
     sent = []
-    simulated.deliver = sent.append
+    simulated.serve(sent.append)
     for k in range(frames):
         now = NOW + k * FRAME
         for request in session.requests(now):

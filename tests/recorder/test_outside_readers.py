@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from flockwire_core.domain.body import BodyKind
 from flockwire_core.domain.time import SECOND
-from flockwire_core.process.fault_file import parse_faults
 from flockwire_core.wire.keys import BATCH, ROWS
+from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.flight import TraceFile
 from flockwire_lab.world import EPOCH, World
 from mcap.reader import make_reader

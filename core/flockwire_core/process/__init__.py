@@ -1,1 +1,1 @@
-"""Runs any core, without clock or sockets: steps, swarm time, injected faults."""
+"""Runs any core, without clock or sockets: steps, swarm time."""

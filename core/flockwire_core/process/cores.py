@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, NamedTuple, Protocol, cast, runtime_checkable
+from typing import NamedTuple, Protocol, cast, runtime_checkable
 
 from flockwire_core.objects import load_object
 from flockwire_core.process.stopwatch import Stopwatch
@@ -11,9 +11,6 @@ from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import Report
-
-if TYPE_CHECKING:
-    from flockwire_core.process.faults import Fault
 
 
 class Randomness(Protocol):
@@ -33,8 +30,6 @@ class Start(NamedTuple):
     identity: str
     now: int  # Unix ns
     chance: Randomness
-    faults: tuple[Fault, ...] = ()  # of its own kinds (processes.py)
-    took_off: int | None = None  # time 0 of the flight's faults, Unix ns, if known
     stopwatch: Stopwatch | None = None  # for a user's law
 
     @property
@@ -131,11 +126,6 @@ class Ground:
     def may_end(self, now: int) -> bool:
         """Return True."""
         return True
-
-
-def of_core(faults: tuple[Fault, ...], plan: Plan, identity: str) -> tuple[Fault, ...]:
-    """Return those of `faults` that the core of `identity` injects itself."""
-    return tuple(fault for fault in faults if fault.kind in plan.rows[identity].faults)
 
 
 def make_core(start: Start) -> Core:

@@ -5,32 +5,30 @@ from __future__ import annotations
 import asyncio
 import logging
 import sys
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from flockwire_core.objects import load_object
+from flockwire_core.process.cores import Core, Start, make_core
 from flockwire_core.runtime.detours import DetoursError, read_detours
 from flockwire_core.runtime.session import EndpointInUseError, Session, connect
 from flockwire_core.security.files import CredentialsError
 from flockwire_core.swarm.wording import printable
 from flockwire_core.wire.plan import Plan
 
-if TYPE_CHECKING:
-    from flockwire_core.process.faults import Fault
-
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """The input of a process; `toml` is the swarm file's text, `out` a recorder's folder."""
+    """The input of a process; `toml` is the swarm file's text, `out` a recorder's folder, `notes` are for its trace."""
 
     plan: Plan
     identity: str
     keys: Path | None
     toml: str
     out: Path
-    faults: tuple[Fault, ...] = ()
-    took_off: int | None = None  # time 0 of the flight's faults, Unix ns, if known
+    make_core: Callable[[Start], Core] = make_core
+    notes: Mapping[str, str] = field(default_factory=dict)
 
 
 class PrintableFormatter(logging.Formatter):

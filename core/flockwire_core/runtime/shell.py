@@ -13,7 +13,7 @@ from contextlib import AbstractAsyncContextManager, nullcontext
 from random import Random
 
 from flockwire_core import clock
-from flockwire_core.process.cores import Core, Start, make_core, of_core
+from flockwire_core.process.cores import Core, Start
 from flockwire_core.process.stepping import StatusPublisher, StepCounts, Stepper, at_once, tick_period
 from flockwire_core.process.stopwatch import Stopwatch
 from flockwire_core.process.timekeeping import Timekeeping, patience
@@ -134,9 +134,8 @@ async def run_core(job: Job, feed: Feed | None = None) -> None:
         status = status_publisher(plan, identity, session, refusals, swarm_clock.timekeeping, loop)
         await swarm_clock.settled(ending.told, patience(plan, identity), lambda: _waits(status))
         chance = Random(plan.swarm.gateway.seed)  # noqa: S311  (noise)
-        faults, period = of_core(job.faults, plan, identity), 1.0 / plan.swarm.control.rate_hz
-        status.stopwatch = Stopwatch(clock.monotonic, period)
-        core = make_core(Start(plan, identity, clock.now(), chance, faults, job.took_off, status.stopwatch))
+        status.stopwatch = Stopwatch(clock.monotonic, 1.0 / plan.swarm.control.rate_hz)
+        core = job.make_core(Start(plan, identity, clock.now(), chance, status.stopwatch))
         sockets = await stack.enter_async_context(served(core))
         shell = Shell(core, plan, identity, session, swarm_clock, status, sockets)
         fed = feed(core, shell.step) if feed is not None else None

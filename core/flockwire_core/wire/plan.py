@@ -42,7 +42,6 @@ class Plan(Roster):
         self.pilots: Mapping[int, str] = {i: self.pilot[i] for i in swarm.flying}  # those that a flight waits for
         self.routers = tuple(identity for identity, row in self.rows.items() if row.link is Link.ROUTER)
         self.recorders = tuple(identity for identity, row in self.rows.items() if row.records)
-        self.fault_exempt = tuple(identity for identity, row in self.rows.items() if row.fault_exempt)
         self.operators = tuple(identity for identity, row in self.rows.items() if row.link is Link.DIALS)
         self.flows = tuple(self._all_flows())  # in the key table's order
         self.keys = tuple(flow.key for flow in self.flows)

@@ -49,10 +49,8 @@ class Process:
     numbered: bool = False  # one member for each of several drones, named on the command line by the drone's id
     link: Link = Link.PEER
     pilot: bool = False  # it is a pilot: a flight waits for it, and ends if it is lost
-    fault_exempt: bool = False  # no fault reaches it: without it a flight cannot be judged
     records: bool = False  # subscribes to every key and writes the trace; its host conducts the flight
     batches: bool = False  # its state reaches the recorder in batches (batch.py)
-    faults: frozenset[str] = frozenset()  # the kinds of fault that its core injects itself
     after: tuple[str, ...] = ("router", "recorder")  # kinds that must report before it is started
     driver: bool = False  # drives airframes: it may end only when they are down
     restarts: bool = False  # it is restarted if it dies in a flight
@@ -98,7 +96,6 @@ GATEWAY = Process(
     runner="flockwire_mocap.process:run",
     rank=4,
     batches=True,
-    faults=frozenset({"tracker", "noise", "swap", "visitor", "false_pose"}),
 )
 TRACKER = Process(
     "tracker-sim",
@@ -108,7 +105,6 @@ TRACKER = Process(
     port=5,
     runner="flockwire_twins.trackers.process:run",
     rank=3,
-    faults=frozenset({"tracker", "noise", "swap", "visitor", "false_pose"}),
     standalone="flockwire_twins.trackers.process:serve_alone",
     only_if="a table [gateway.twin], and a gateway.source that it serves,",
 )
@@ -121,7 +117,6 @@ KINEMATICS = Process(
     driver=True,
     rank=2,
     batches=True,
-    faults=frozenset({"lag", "wind", "failure", "false_height"}),
     only_if="a simulated drone, or a simulated person who leads",
 )
 LEADING = Process(
@@ -142,7 +137,6 @@ AGENT = Process(
     numbered=True,
     pilot=True,
     batches=True,
-    faults=frozenset({"false_estimate", "false_age", "false_bids"}),
 )
 DRIVER = Process(
     "driver",
@@ -166,7 +160,6 @@ RECORDER = Process(
     port=3,
     rank=5,
     runner="flockwire_recorder.process:run",
-    fault_exempt=True,
     records=True,
     restarts=True,
     after=("router",),
@@ -192,7 +185,6 @@ OPERATOR = Process(
     port=0,
     link=Link.DIALS,
     rank=6,
-    fault_exempt=True,
 )
 TELEOP = replace(
     OPERATOR,

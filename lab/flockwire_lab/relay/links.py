@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Self
 
-from flockwire_core.process.faults import Cut, Fault, LinkChange, Partition
 from flockwire_core.runtime.detours import detour_environment
 from flockwire_core.wire.plan import Plan
 
+from flockwire_lab.faults.kinds import Cut, Fault, LinkChange, Partition
+from flockwire_lab.faults.targets import targets
 from flockwire_lab.relay.direction import Direction
 from flockwire_lab.relay.relay import Relay
 
@@ -42,17 +43,15 @@ def refusals(key: str, fault: LinkFault, plan: Plan, host: str) -> Iterator[str]
 
 
 def directions(fault: Fault, plan: Plan) -> Iterator[tuple[str, str]]:
-    """Yield the directed links (from, to) that `fault` changes; processes that no fault reaches receive everything."""
+    """Yield the directed links (from, to) that `fault` changes; recorder and operators always receive everything."""
     match fault:
         case Cut() | LinkChange():
             yield fault.source, fault.target
         case Partition():
-            inside = set(fault.processes)
+            inside, known = set(fault.processes), targets(plan)
             for source in plan.identities:
                 for target in plan.links[source]:
-                    if (source in inside) != (target in inside) and not {source, target}.intersection(
-                        plan.fault_exempt
-                    ):
+                    if (source in inside) != (target in inside) and {source, target}.issubset(known):
                         yield source, target
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from flockwire_core.wire.plan import Plan
 
+from flockwire_lab.faults.targets import targets
 from flockwire_lab.search.events import SECOND_STATION, STATION_FROZEN, STATION_LOST, STOP, TOLD_TO_END
 
 WORLD_KINDS = ("kill", "restart", "freeze", "cut", "partition", "link", "tracker", "noise", "clock", "lag", "failure")
@@ -40,7 +41,7 @@ def second_station(duration: float, chance: Random) -> dict[str, Any]:
 
 def _keys(kind: str, plan: Plan, chance: Random) -> dict[str, Any]:
     """Return the keys that only some kinds have."""
-    processes = [identity for identity in plan.identities if identity not in plan.fault_exempt]
+    processes = list(targets(plan))
     kinds: dict[str, list[str]] = {plan.rows[identity].kind: [] for identity in processes}
     for identity in processes:
         kinds[plan.rows[identity].kind].append(identity)

@@ -8,15 +8,15 @@ from typing import Annotated, Any, Literal
 
 from flockwire_core.domain.time import nanoseconds
 from flockwire_core.ground.order import Order
-from flockwire_core.process.fault_file import parse_faults
-from flockwire_core.process.faults import ClockStep, Fault, Freeze
 from flockwire_core.swarm.tables import Items, Model, NotNegative, Positive
 from flockwire_core.swarm.validation import validate
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import CONSOLE, DRIVER, KINEMATICS, OPERATOR
 from pydantic import Field
 
-from flockwire_lab.fault_injection import refusal
+from flockwire_lab.faults.file import parse_faults
+from flockwire_lab.faults.injection import refusal
+from flockwire_lab.faults.kinds import ClockStep, Fault, Freeze
 from flockwire_lab.search.record import Recorder
 from flockwire_lab.study.file import StudyError
 from flockwire_lab.world import World

@@ -10,13 +10,13 @@ from typing import Literal
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.loading import SwarmFileError, parse_swarm
 from flockwire_core.process.driving import GRAVITY
-from flockwire_core.process.fault_file import FaultFileError
-from flockwire_core.process.faults import AirframeFailure, ClockStep, Fault, Visitor
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import CONSOLE
 
 from flockwire_lab.coverage import events
+from flockwire_lab.faults.file import FaultFileError
+from flockwire_lab.faults.kinds import AirframeFailure, ClockStep, Fault, Visitor
 from flockwire_lab.search.events import Event, EventInjector, SecondStation, parse_events
 from flockwire_lab.search.flown import Flown
 from flockwire_lab.search.formation import tails

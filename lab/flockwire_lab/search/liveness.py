@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from flockwire_core.domain.time import nanoseconds
 from flockwire_core.ground.order import Order
-from flockwire_core.process.faults import Fault
 from flockwire_core.wire.phase import Phase
 
-from flockwire_lab.fault_injection import RESTART_TIME
+from flockwire_lab.faults.injection import RESTART_TIME
+from flockwire_lab.faults.kinds import Fault
 from flockwire_lab.search.formation import errors
 from flockwire_lab.search.record import Recorder
 from flockwire_lab.world import EPOCH, World

@@ -11,13 +11,13 @@ from random import Random
 from typing import Any
 
 from flockwire_core.loading import SwarmFileError, framed_tables, load_table, parse_swarm
-from flockwire_core.process.fault_file import FaultFileError, parse_faults
-from flockwire_core.process.faults import Fault
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.plan import Plan
 from pydantic import JsonValue
 
-from flockwire_lab.fault_injection import refusal
+from flockwire_lab.faults.file import FaultFileError, parse_faults
+from flockwire_lab.faults.injection import refusal
+from flockwire_lab.faults.kinds import Fault
 from flockwire_lab.study.draws import random_edges, random_starts
 from flockwire_lab.study.file import Draw, GridPoint, Study, StudyError
 

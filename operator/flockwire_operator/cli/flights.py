@@ -162,7 +162,7 @@ def sim(
     verbose: Verbose = False,
 ) -> None:
     """Fly the same swarm in virtual time, many times faster; report."""
-    from flockwire_lab.fault_injection import refusal  # noqa: PLC0415
+    from flockwire_lab.faults.injection import refusal  # noqa: PLC0415
     from flockwire_lab.flight import Flight  # noqa: PLC0415
 
     from flockwire_operator.cli.sim import simulate  # noqa: PLC0415

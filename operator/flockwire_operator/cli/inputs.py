@@ -22,7 +22,7 @@ from flockwire_operator.station.flown import Flown, as_flown
 from flockwire_operator.station.folders import check_no_trace, complete_keys, keys_folder
 
 if TYPE_CHECKING:
-    from flockwire_core.process.faults import Fault
+    from flockwire_lab.faults.kinds import Fault
 
 ADDRESSES = "FLOCKWIRE_BY_NAME"  # set if each process has its own host, or container, of its name
 
@@ -137,7 +137,7 @@ def faults_of(path: Path | None, plan: Plan) -> tuple[Fault, ...]:
     """Return the faults of a file, empty without one; or refuse it."""
     if path is None:
         return ()
-    from flockwire_core.process.fault_file import FaultFileError, load_faults  # noqa: PLC0415  (0.3 MB)
+    from flockwire_lab.faults.file import FaultFileError, load_faults  # noqa: PLC0415  (0.3 MB)
 
     try:
         return load_faults(path, plan)

@@ -10,18 +10,25 @@ import sys
 from argparse import SUPPRESS, ArgumentParser, ArgumentTypeError, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 from contextlib import ExitStack, suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from flockwire_core import clock
 from flockwire_core.objects import load_object
 from flockwire_core.runtime.standard_streams import unblocked
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import PROCESSES, Process
+from flockwire_lab.faults.targets import WRAPPED
 
 from flockwire_operator.cli.inputs import faults_of, load, planned, refuse, refuse_a_second_trace
 from flockwire_operator.station.flown import OtherFlightError, as_flown, flown, flown_by
 from flockwire_operator.station.folders import keys_folder
+
+if TYPE_CHECKING:
+    from flockwire_core.process.cores import Core, Start
+    from flockwire_core.runtime.job import Job
 
 PATIENCE = 1.0  # s that an ended process waits for a paused terminal
 FASTEST = 100.0  # times the recorded pace
@@ -87,7 +94,7 @@ def parser_of(row: Process) -> ArgumentParser:
     if row.replay:
         parser.add_argument("--trace", type=Path, help="Show this trace of the swarm, with its clock, instead of it.")
         parser.add_argument("--pace", type=_pace, default=1.0, help="How many times as fast as it was recorded [1].")
-    if row.faults or row.records:  # the recorder marks them in the trace
+    if row in WRAPPED or row.records:  # the recorder marks them in the trace
         parser.add_argument("--faults", type=Path, help="The faults to inject (TOML).")
         parser.add_argument("--took-off", type=int, help=SUPPRESS)  # time 0 of faults, Unix ns
     return parser
@@ -113,12 +120,27 @@ def _serve(row: Process, given: Namespace) -> int:
 
         if not same_flight(out, plan.swarm, clock.utc()):
             refuse_a_second_trace(out)
-    folder, wrong = keys_folder(swarm, plan, given.keys), faults_of(given.faults, plan)
+    folder = keys_folder(swarm, plan, given.keys)
     what = flying or flown_by(plan.swarm, swarm, folder)
     with ExitStack() as stack:
         with suppress(OtherFlightError):  # the file was changed in flight, and this process was started by hand
             stack.enter_context(flown(swarm, what))
-        return serve(Job(plan, identity, folder, what.toml, out, wrong, given.took_off))
+        job = Job(plan, identity, folder, what.toml, out)
+        return serve(job if given.faults is None else _with_faults(job, given.faults, given.took_off))
+
+
+def _with_faults(job: Job, file: Path, took_off: int | None) -> Job:
+    """Return `job` with its core wrapped by the faults of a file, which are counted from `took_off`, Unix ns."""
+    from flockwire_core.process.cores import make_core  # noqa: PLC0415  (few flights have faults)
+    from flockwire_lab.faults.faulty_core import faulty  # noqa: PLC0415
+    from flockwire_lab.faults.file import notes  # noqa: PLC0415
+
+    faults = faults_of(file, job.plan)
+
+    def make(start: Start) -> Core:
+        return faulty(make_core(start), faults, job.plan, job.identity, took_off)
+
+    return replace(job, make_core=make, notes=notes(faults))
 
 
 def _dated(out: Path, plan: Plan) -> Path:

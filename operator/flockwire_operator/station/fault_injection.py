@@ -8,10 +8,9 @@ from collections.abc import Callable
 from functools import partial
 
 from flockwire_core.domain.time import SECOND
-from flockwire_core.process.faults import (
-    SIM_ONLY,
-    AgentFault,
-    AirframeFault,
+from flockwire_core.swarm.model import uav
+from flockwire_core.wire.plan import Plan
+from flockwire_lab.faults.kinds import (
     Cut,
     Fault,
     Freeze,
@@ -19,10 +18,8 @@ from flockwire_core.process.faults import (
     LinkChange,
     Partition,
     Restart,
-    WindChange,
 )
-from flockwire_core.swarm.model import uav
-from flockwire_core.wire.plan import Plan
+from flockwire_lab.faults.targets import AIRFRAMES, FOLLOWERS
 from flockwire_lab.relay import links
 from flockwire_lab.relay.links import LinkFault, Relays
 
@@ -38,7 +35,7 @@ def refusal(faults: tuple[Fault, ...], plan: Plan, host: str) -> str:
 
 
 def _lines(key: str, fault: Fault, plan: Plan, host: str) -> list[str]:
-    if fault.kind in SIM_ONLY:
+    if fault.sim_only:
         return [f"{key}.kind = {fault.kind!r}: only `flockwire sim` can do this; a real flight cannot"]
     if isinstance(fault, LinkFault) and (lines := list(links.refusals(key, fault, plan, host))):
         return lines
@@ -48,23 +45,25 @@ def _lines(key: str, fault: Fault, plan: Plan, host: str) -> list[str]:
 
 def _real(key: str, fault: Fault, plan: Plan) -> str:
     """Return why no process can inject `fault` into real airframes, or empty."""
+    if fault.cores != AIRFRAMES:
+        return ""
     simulated = plan.swarm.simulated
-    if isinstance(fault, AirframeFault) and fault.drone not in simulated:
-        return f"{key}.drone = {fault.drone}: {uav(fault.drone)} is a real drone; must be a simulated one"
-    if isinstance(fault, WindChange) and not simulated:
-        return f"{key}.kind = {fault.kind!r}: the swarm has no simulated drone"
-    return ""
+    for name, drone in fault.named_drones().items():
+        if drone not in simulated:
+            return f"{key}.{name} = {drone}: {uav(drone)} is a real drone; must be a simulated one"
+    return "" if simulated else f"{key}.kind = {fault.kind!r}: the swarm has no simulated drone"
 
 
 def _elsewhere(key: str, fault: Fault, plan: Plan, host: str) -> str:
     """Return why only another host can inject `fault`, or empty."""
     if isinstance(fault, Kill | Restart | Freeze):
         named, processes = f"{key}.process = {fault.process!r}", [fault.process]
-    elif isinstance(fault, AgentFault):
-        named, processes = f"{key}.drone = {fault.drone}", [plan.pilots[fault.drone]]
+    elif fault.cores == FOLLOWERS:
+        [(name, drone)] = fault.named_drones().items()
+        named, processes = f"{key}.{name} = {drone}", [plan.pilots[drone]]
     else:
         named = f"{key}.kind = {fault.kind!r}"
-        processes = [identity for identity in plan.started if fault.kind in plan.rows[identity].faults]
+        processes = [identity for identity in plan.started if plan.rows[identity] in fault.cores]
     far = next((identity for identity in processes if plan.hosts[identity] != host), None)
     if far is not None:
         return f"{named}: {far} runs on host {plan.hosts[far]!r}, this is {host!r}; only its own host can do this"

@@ -14,6 +14,7 @@ from typing import BinaryIO
 from flockwire_core.locking import EXCLUSIVE, NOW, lock, opened
 from flockwire_core.wire.command_line import FilePaths, arguments
 from flockwire_core.wire.plan import Plan
+from flockwire_lab.faults.targets import WRAPPED
 
 from flockwire_operator.station.flown import as_flown
 
@@ -51,12 +52,12 @@ class Host:
     def command_line(self, identity: str, took_off: int | None = None) -> list[str]:
         """Return the command line that runs `identity`.
 
-        The recorder, and processes that inject faults themselves, get the file of faults, with their time 0 (Unix ns)
+        The recorder, and processes whose cores faults wrap, get the file of faults, with their time 0 (Unix ns)
         if known.
         """
         row, paths = self.plan.rows[identity], FilePaths(str(self.swarm_file), str(self.keys), str(self.out))
         line = [sys.executable, "-P", "-m", "flockwire_operator", *arguments(self.plan, identity, paths)]
-        if (row.faults or row.records) and self.faults_file is not None:
+        if (row in WRAPPED or row.records) and self.faults_file is not None:
             line += ["--faults", str(self.faults_file)]
             if took_off is not None:
                 line += ["--took-off", str(took_off)]

@@ -6,7 +6,7 @@ and their processes end when the drones are down.
 
 from __future__ import annotations
 
-from flockwire_core.process.faults import Fault
+from flockwire_lab.faults.kinds import Fault
 from flockwire_lab.relay.links import Relays
 
 from flockwire_operator.station.conduct import serve

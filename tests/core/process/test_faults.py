@@ -6,9 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from flockwire_core.process.fault_file import FaultFileError, load_faults, parse_faults
-from flockwire_core.process.faults import Kill, LinkChange
 from flockwire_core.wire.plan import Plan
+from flockwire_lab.faults.file import FaultFileError, load_faults, parse_faults
+from flockwire_lab.faults.kinds import Kill, LinkChange
 
 EVERY_KIND = [
     {"at": 1.0, "kind": "kill", "process": "uav3"},

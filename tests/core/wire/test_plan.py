@@ -169,12 +169,6 @@ def test_a_flight_waits_for_all_that_fly_a_drone(make_plan):
     assert virtual.pilot[0] == "leader"
 
 
-def test_who_judges_a_flight_is_no_target_of_faults(make_plan):
-    plan = make_plan()
-    assert plan.fault_exempt == ("recorder", "operator", "console")
-    assert plan.recorders == ("recorder",)
-
-
 def test_processes_are_found_by_their_kind(make_plan):
     plan = make_plan()
     assert plan.of_kind("agent") == ("uav1", "uav2", "uav3", "uav4")

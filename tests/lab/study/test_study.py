@@ -11,9 +11,9 @@ from random import Random
 import pytest
 from flockwire_analysis.summary import summarise
 from flockwire_core.loading import load_swarm, load_table
-from flockwire_core.process.fault_file import load_faults
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.plan import Plan
+from flockwire_lab.faults.file import load_faults
 from flockwire_lab.flight import TraceInMemory
 from flockwire_lab.study import workers
 from flockwire_lab.study.draws import random_edges, random_starts

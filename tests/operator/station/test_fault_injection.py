@@ -3,8 +3,8 @@
 import asyncio
 
 import pytest
-from flockwire_core.process.fault_file import parse_faults
 from flockwire_core.runtime.detours import read_detours
+from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.relay.links import Relays, directions
 from flockwire_operator.station.fault_injection import FaultInjector, refusal
 from flockwire_operator.station.host import Host

@@ -2,7 +2,6 @@ import pytest
 from flockwire_core.domain.airframe import Command, FlightState
 from flockwire_core.domain.order import Stop
 from flockwire_core.domain.time import SECOND
-from flockwire_core.process.fault_file import parse_faults
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.keys import STOP, Key
 from flockwire_twins.kinematics.core import KinematicsCore
@@ -14,8 +13,8 @@ TICK = SECOND // 100
 class World:
     """The kinematics of a swarm, and drone 1 in it, which obeys `velocity` unless that is None."""
 
-    def __init__(self, swarm, faults=()):
-        self.now, self.core = BEGAN, KinematicsCore(swarm, BEGAN, faults, BEGAN if faults else None)
+    def __init__(self, swarm):
+        self.now, self.core = BEGAN, KinematicsCore(swarm, BEGAN)
         self.velocity, self.published = None, {}
 
     def run(self, seconds):
@@ -148,21 +147,3 @@ def test_the_battery_drains_in_flight(world):
 
 def test_it_reports_how_many_fly(flying):
     assert flying.core.report(flying.now).detail == "1 of 5 in flight"
-
-
-def test_a_wind_within_another_gives_way_to_it_again(make_plan):
-    """From 2 s on it blows at 1 m/s, from 3 to 4 s at 2 m/s, from 7 s on no more."""
-    plan = make_plan()
-    winds = [
-        {"kind": "wind", "at": at, "duration": duration, "velocity": [speed, 0.0, 0.0]}
-        for at, duration, speed in ((2.0, 5.0, 1.0), (3.0, 1.0, 2.0))
-    ]
-    found = World(plan.swarm, parse_faults({"faults": winds}, plan, "test"))
-    found.velocity = (0.0, 0.0, 0.7)
-    speeds = []
-    for _ in range(9):
-        found.run(0.5)
-        before = found.position[0]
-        found.run(0.5)
-        speeds.append(2.0 * (found.position[0] - before))
-    assert speeds == pytest.approx([0.0, 0.0, 1.0, 2.0, 1.0, 1.0, 1.0, 0.0, 0.0], abs=0.05)

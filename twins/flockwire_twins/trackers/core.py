@@ -1,55 +1,52 @@
-"""The simulated tracker without sockets: truth in, frames of a real tracker out, with its faults.
+"""The simulated tracker without sockets: truth in, frames of a real tracker out.
 
-Cameras, noise, latency and drop-outs are those of the simulated source; faults between tracker and gateway are added.
+Cameras, noise, latency and drop-outs are those of the simulated source; lost and repeated frames are added.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import inf
+from functools import cached_property
 
-from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.cores import Ground, Randomness, Start
 from flockwire_core.swarm.gateway import Twin
-from flockwire_core.swarm.model import uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import Report
-from flockwire_mocap.simulated import SimulatedSource
 from flockwire_mocap.streamed import coordinates_of
 from flockwire_mocap.tracking import LOST, ReportedBody, TrackerFrame, unseen
 
-AIRBORNE = 0.02  # m above the highest start at which a drone has taken off
+from flockwire_twins.trackers.cameras import SimulatedSource
+
 UPTIME = 1000 * SECOND  # ns of the tracker's clock at the start of the process: it differs from the swarm's
 
 Deliver = Callable[[TrackerFrame], None]
 
 
 class TwinCore(Ground):
-    """Tracks the simulated airframes of a swarm; calls `deliver` with each frame at its send time."""
+    """Tracks the simulated airframes of a swarm; calls what it serves with each frame at its send time."""
 
     def __init__(self, start: Start) -> None:
         super().__init__()
         self.swarm = swarm = start.plan.swarm
-        self.deliver: Deliver | None = None
+        self._deliver: Deliver | None = None
         gateway = swarm.gateway
         table = gateway.twin
         assert table is not None  # noqa: S101  (without one the swarm has no such process)
-        self._cameras = SimulatedSource(start)
-        self.triggers = self._cameras.triggers
+        self.source = SimulatedSource(start)
+        self.triggers = self.source.triggers
         self.period = 1.0 / gateway.rate_hz
         self._disturbances = Disturbances(table, start.chance)
         self._coordinates = coordinates_of(gateway)
         self._renamed = table.renamed
-        visitors = (unseen(*numbered) for numbered in self._cameras.visitors)
-        bodies = map(self._named, (*map(self._unseen, swarm.tracked), *visitors))
-        self._bodies = {body.identity: body for body in bodies}
-        self._highest = AIRBORNE + max(swarm.drone(i).start[2] for i in swarm.flying)  # m; above it one has taken off
-        self._walking = frozenset(Key("truth", uav(i)) for i in swarm.walking)
         self._epoch = start.now - UPTIME
         self._frames = 0
+
+    def serve(self, deliver: Deliver | None) -> None:
+        """Call `deliver` with each frame from now on; None: nothing."""
+        self._deliver = deliver
 
     @property
     def names(self) -> dict[int, str]:
@@ -58,37 +55,40 @@ class TwinCore(Ground):
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Receive an airframe's truth."""
-        if isinstance(message, Pose):
-            self._cameras.receive(key, message, now)
-            if message.position[2] > self._highest and key not in self._walking:
-                self._cameras.took_off(message.stamp)
-                self._highest = inf
+        self.source.receive(key, message, now)
 
     def due(self, key: Key) -> bool:
         """Return whether all airframes have reported."""
-        return self._cameras.complete()
+        return self.source.complete()
 
     def step(self, now: int) -> tuple[()]:
         """Send the frames that are due."""
-        for frame in self._cameras.take(now):
+        for frame in self.source.take(now):
             self._frames += 1
             sent = TrackerFrame(self._frames, frame.captured - self._epoch, now - self._epoch, self._all(frame))
             for arriving in self._disturbances.apply(sent):
-                if self.deliver is not None:
-                    self.deliver(arriving)
+                if self._deliver is not None:
+                    self._deliver(arriving)
         return ()
 
     def report(self, now: int) -> Report:
         """Return how many frames were sent."""
         if not self._frames:
-            return Report(Phase.WAITING, self._cameras.state(now).trouble)
+            return Report(Phase.WAITING, self.source.state(now).trouble)
         return Report(Phase.SERVING, self.swarm.gateway.source)
 
     def _all(self, frame: TrackerFrame) -> tuple[ReportedBody, ...]:
         """Return all bodies of the tracker in its own axes, also those that are not seen."""
         seen = {body.identity: self._named(self._coordinates.to_tracker(body)) for body in frame.bodies}
-        self._bodies |= {identity: body._replace(tracked=False, position=LOST) for identity, body in seen.items()}
+        self._bodies.update({identity: body._replace(tracked=False, position=LOST) for identity, body in seen.items()})
         return tuple(seen.get(identity, lost) for identity, lost in self._bodies.items())
+
+    @cached_property
+    def _bodies(self) -> dict[int, ReportedBody]:
+        """All bodies as they were reported last, unseen ones too, by number."""
+        visitors = (unseen(*numbered) for numbered in self.source.visitors)
+        bodies = map(self._named, (*map(self._unseen, self.swarm.tracked), *visitors))
+        return {body.identity: body for body in bodies}
 
     def _unseen(self, drone: int) -> ReportedBody:
         body = self.swarm.body(drone)

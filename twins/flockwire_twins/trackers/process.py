@@ -52,11 +52,11 @@ async def _served(core: TwinCore) -> AsyncIterator[None]:
     except OSError as error:
         where = f"gateway.{gateway.source}.server = {getattr(gateway, gateway.source).server!r}"
         raise OSError(f"{where}: cannot serve there: {error.strerror or error}") from error
-    core.deliver = server.publish
+    core.serve(server.publish)
     try:
         yield
     finally:
-        core.deliver = None
+        core.serve(None)
         server.close()
 
 

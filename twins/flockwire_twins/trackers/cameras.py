@@ -1,32 +1,42 @@
-"""The simulated tracking system: truth in, measured positions out, with noise, drop-outs, latency and faults."""
+"""The simulated tracking system: truth in, measured positions out, with noise, drop-outs and latency."""
 
 from __future__ import annotations
 
 from math import hypot
+from typing import NamedTuple
 
-from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.quaternion import IDENTITY
 from flockwire_core.domain.time import SECOND
-from flockwire_core.domain.vector import Vector, add, scale
+from flockwire_core.domain.vector import Vector
 from flockwire_core.process.cores import Start
-from flockwire_core.process.faults import FalsePose, NameSwap, NoiseBurst, TrackerLoss, Visitor
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key
-
 from flockwire_mocap.completeness import Completeness
 from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame
 
-CameraFault = FalsePose | TrackerLoss | NoiseBurst | NameSwap | Visitor
 VISITORS = 10_000  # the number of the first body that is not a drone
 
 
+class CameraConditions(NamedTuple):
+    """What the cameras see besides the swarm file's noise and drop-outs.
+
+    `noises` are m, standard deviations per axis; `visitors` names and places (m, world frame) of bodies that are no
+    drones. The drones of each of `swaps` have each other's names, one pair after the other.
+    """
+
+    noises: tuple[float, ...] = ()
+    unseen: frozenset[int] = frozenset()
+    swaps: tuple[tuple[int, int], ...] = ()
+    visitors: tuple[tuple[str, Vector], ...] = ()
+
+
 class SimulatedSource:
-    """Measures the simulated airframes of the swarm, with the tracker's faults.
+    """Measures the simulated airframes of the swarm under `conditions`, which may change.
 
     A body is available at the first `take` at least the latency (s) after its stamp, so latency is a multiple of the
-    frames. Faults count from `start.took_off` (Unix ns), or without it from the order to take off.
+    frames.
     """
 
     def __init__(self, start: Start) -> None:
@@ -39,10 +49,8 @@ class SimulatedSource:
         self._noise, self._dropout = parameters.noise, parameters.dropout
         self._latency = round(parameters.latency * SECOND)
         self._randomness = start.chance
-        self._faults = tuple(fault for fault in start.faults if isinstance(fault, CameraFault))
-        visitors = dict.fromkeys(fault.body for fault in self._faults if isinstance(fault, Visitor))
-        self._visitors = {body: VISITORS + k for k, body in enumerate(visitors)}
-        self._took_off = start.took_off
+        self.conditions = CameraConditions()
+        self._visitors: dict[str, int] = {}  # numbers of the bodies that are not drones
         self._completeness = Completeness(swarm.tracked, 1.0 / parameters.rate_hz)
         self._complete = False
         self._truths: dict[int, Pose] = {}  # the newest, of those not measured yet
@@ -50,18 +58,15 @@ class SimulatedSource:
         self._measured: dict[int, list[ReportedBody]] = {}  # by stamp, Unix ns
 
     def receive(self, key: Key, message: Message, now: int) -> None:
-        """Receive a truth, or the order to take off."""
-        match message:
-            case Pose():
-                drone = self._drones[key]
-                self._truths[drone] = message
-                self._complete = self._completeness.report(drone, now)
-            case Mission() if message.verb == "takeoff":
-                self.took_off(message.stamp)
+        """Receive a truth."""
+        if isinstance(message, Pose):
+            drone = self._drones[key]
+            self._truths[drone] = message
+            self._complete = self._completeness.report(drone, now)
 
-    def took_off(self, stamp: int) -> None:
-        """Count faults from `stamp` (Unix ns), unless they count already."""
-        self._took_off = self._took_off or stamp
+    def announce(self, body: str) -> None:
+        """Give a number to a body that is not a drone, and that may appear."""
+        self._visitors.setdefault(body, VISITORS + len(self._visitors))
 
     @property
     def visitors(self) -> tuple[tuple[int, str], ...]:
@@ -78,7 +83,7 @@ class SimulatedSource:
         for drone in self._order:
             if drone in truths:
                 self._measure(drone, truths[drone])
-        if truths and self._visitors:
+        if truths and self.conditions.visitors:
             self._measure_visitors(max(truth.stamp for truth in truths.values()))
         due, frames = now - self._latency, list[TrackerFrame]()
         for stamp in sorted([stamp for stamp in self._measured if stamp <= due]):
@@ -94,17 +99,14 @@ class SimulatedSource:
     def _measure(self, drone: int, truth: Pose) -> None:
         if self._dropout and self._randomness.random() < self._dropout:
             return
-        stamp, position, noise, called = truth.stamp, truth.position, self._noise, drone
-        for fault in self._active_faults(stamp) if self._faults else []:
-            if isinstance(fault, NoiseBurst):
-                noise = hypot(noise, fault.noise)
-            elif isinstance(fault, NameSwap):
-                called = sum(fault.drones) - called if called in fault.drones else called
-            elif isinstance(fault, TrackerLoss) and fault.drone == drone:
-                return
-            elif isinstance(fault, FalsePose) and fault.drone == drone:
-                since = (stamp - (self._took_off or 0)) / SECOND - fault.at
-                position = add(position, scale(fault.velocity, since))
+        conditions = self.conditions
+        if drone in conditions.unseen:
+            return
+        stamp, position, called, noise = truth.stamp, truth.position, drone, self._noise
+        for more in conditions.noises:
+            noise = hypot(noise, more)
+        for pair in conditions.swaps:
+            called = sum(pair) - called if called in pair else called
         if noise:
             position = self._noisy(position, noise)
         name = self._names[called]
@@ -112,11 +114,9 @@ class SimulatedSource:
         self._add(stamp, ReportedBody(number, text, position, truth.orientation, tracked=True))
 
     def _measure_visitors(self, stamp: int) -> None:
-        for fault in self._active_faults(stamp):
-            if isinstance(fault, Visitor):
-                t = (stamp - (self._took_off or 0)) / SECOND - fault.at
-                place = self._noisy(add(fault.start, scale(fault.velocity, t)), self._noise)
-                self._add(stamp, ReportedBody(self._visitors[fault.body], fault.body, place, IDENTITY, tracked=True))
+        for name, place in self.conditions.visitors:
+            seen = self._noisy(place, self._noise)
+            self._add(stamp, ReportedBody(self._visitors[name], name, seen, IDENTITY, tracked=True))
 
     def _add(self, stamp: int, body: ReportedBody) -> None:
         at = self._measured.get(stamp)
@@ -124,12 +124,6 @@ class SimulatedSource:
             self._measured[stamp] = [body]
         else:
             at.append(body)
-
-    def _active_faults(self, stamp: int) -> list[CameraFault]:
-        if self._took_off is None:
-            return []
-        t = (stamp - self._took_off) / SECOND
-        return [fault for fault in self._faults if 0.0 <= t - fault.at < fault.duration]
 
     def _noisy(self, position: Vector, noise: float) -> Vector:
         x, y, z = position

@@ -1,13 +1,13 @@
-"""Injects faults into processes, links and clocks; those of tracker and airframes are injected by their own cores."""
+"""Injects faults into processes, links and clocks; faulty_core.py injects all others."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 from flockwire_core.domain.time import nanoseconds
-from flockwire_core.process.faults import ClockStep, Cut, Fault, Freeze, Kill, LinkChange, Partition, Restart
 from flockwire_core.wire.plan import Plan
 
+from flockwire_lab.faults.kinds import ClockStep, Cut, Fault, Freeze, Kill, LinkChange, Partition, Restart
 from flockwire_lab.network import Conditions, VirtualLink
 from flockwire_lab.process import VirtualProcess
 from flockwire_lab.virtual_time import Action, Scheduler

@@ -1,0 +1,135 @@
+"""Wraps a core with the faults of a flight, the same in real and virtual time; the core knows nothing of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import reduce
+from typing import Any, cast
+
+from flockwire_core.domain.airframe import Command
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND
+from flockwire_core.process.cores import Address, Core, Datagram, Framed, Networked
+from flockwire_core.swarm.model import uav
+from flockwire_core.wire.codec import Message
+from flockwire_core.wire.keys import Key
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.status import Report
+
+from flockwire_lab.faults.kinds import Fault
+
+AIRBORNE = 0.02  # m above the highest start at which a drone has taken off
+
+
+class FaultyCore:
+    """Edits what a core receives and sends by `faults`, and changes the conditions of what it simulates.
+
+    Times count from `took_off` (Unix ns) or, without it, from what the core learns of the take-off: the order, the
+    first climb command, or a drone in the air.
+    """
+
+    def __init__(self, core: Core, faults: Sequence[Fault], plan: Plan, took_off: int | None) -> None:
+        self._core, self._faults, self._took_off = core, faults, took_off
+        self._stand_in: Any = getattr(core, "source", core)  # what has conditions
+        self._usual = getattr(self._stand_in, "conditions", None)
+        for fault in faults:
+            fault.prepare(self._stand_in)
+        swarm = plan.swarm
+        self._highest = AIRBORNE + max((swarm.drone(i).start[2] for i in swarm.flying), default=0.0)
+        self._walking = frozenset(map(uav, swarm.walking))
+        self.triggers, self.prompt, self.period = core.triggers, core.prompt, core.period
+
+    def receive(self, key: Key, message: Message, now: int) -> None:
+        """Receive a message, edited."""
+        if self._took_off is None:
+            self._took_off = self._takeoff(key, message, now)
+        if key.kind == "truth" and isinstance(message, Pose):
+            self._change(message.stamp)
+            edited: Message | None = message
+            for fault, since in self._active(message.stamp):
+                edited = fault.edit_input(key, edited, since) if edited is not None else None
+            if edited is None:
+                return
+            message = edited
+        self._core.receive(key, message, now)
+
+    def step(self, now: int) -> list[tuple[Key, Message]]:
+        """Return what the core publishes, edited."""
+        if not isinstance(self._core, Framed):  # the conditions of a frame are those of its capture
+            self._change(now)
+        messages = list(self._core.step(now))
+        if self._took_off is None and getattr(self._core, "flies", False):
+            self._took_off = now
+        for fault, since in self._active(now):
+            edited = ((key, fault.edit_output(key, message, since, now)) for key, message in messages)
+            messages = [(key, message) for key, message in edited if message is not None]
+        return messages
+
+    def report(self, now: int) -> Report:
+        """Return the core's status."""
+        return self._core.report(now)
+
+    def retire(self, now: int) -> None:
+        """Land the core's drones."""
+        self._core.retire(now)
+
+    def may_end(self, now: int) -> bool:
+        """Return whether the core's process may end."""
+        return self._core.may_end(now)
+
+    @property
+    def sockets(self) -> tuple[Address, ...]:
+        """The addresses that the core binds."""
+        return self._core.sockets if isinstance(self._core, Networked) else ()
+
+    def datagram(self, data: bytes, sender: Address, at: Address, now: int) -> None:
+        """Receive a datagram."""
+        if isinstance(self._core, Networked):
+            self._core.datagram(data, sender, at, now)
+
+    def outgoing(self, now: int) -> list[Datagram]:
+        """Return the core's datagrams."""
+        return self._core.outgoing(now) if isinstance(self._core, Networked) else []
+
+    def _takeoff(self, key: Key, message: Message, now: int) -> int | None:
+        match message:
+            case Mission() if message.verb == "takeoff":
+                return message.stamp
+            case Command() if message.velocity[2] > 0.0:
+                return now
+            case Pose() if key.kind == "truth" and message.position[2] > self._highest:
+                return None if key.owner in self._walking else message.stamp
+        return None
+
+    def _active(self, at: int) -> list[tuple[Fault, float]]:
+        """Return the faults that act at `at` (Unix ns), each with the s since it began."""
+        if self._took_off is None:
+            return []
+        t = (at - self._took_off) / SECOND
+        return [(fault, t - fault.at) for fault in self._faults if 0.0 <= t - fault.at < fault.lasts]
+
+    def _change(self, at: int) -> None:
+        """Set the conditions of what the core simulates to those at `at` (Unix ns)."""
+        if self._usual is not None:
+            self._stand_in.conditions = reduce(lambda c, one: one[0].change(c, one[1]), self._active(at), self._usual)
+
+
+class FaultyFramedCore(FaultyCore):
+    """A wrapped core whose triggers are parts of a frame, with what its process needs besides."""
+
+    def due(self, key: Key) -> bool:
+        """Return whether the last message completed a frame."""
+        return cast("Framed", self._core).due(key)
+
+    def __getattr__(self, name: str) -> Any:  # noqa: ANN401  (whatever the core has)
+        return getattr(self._core, name)
+
+
+def faulty(core: Core, faults: Sequence[Fault], plan: Plan, identity: str, took_off: int | None) -> Core:
+    """Return the core of `identity` as those of `faults` that it is subject to make it."""
+    row, drone = plan.rows[identity], plan.members[identity].drone
+    own = [one for one in faults if row in one.cores and (drone is None or drone in one.named_drones().values())]
+    if not own:
+        return core
+    return (FaultyFramedCore if isinstance(core, Framed) else FaultyCore)(core, own, plan, took_off)

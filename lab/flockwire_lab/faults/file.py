@@ -1,0 +1,74 @@
+"""The file of faults: one TOML file is used in real and virtual time.
+
+    [[faults]]
+    at = 12.0          # s after the order to take off
+    kind = "kill"
+    process = "uav3"
+
+Times must be in order, unknown keys are refused.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Annotated
+
+from flockwire_analysis.events import FAULTS
+from flockwire_core.swarm.reading import read_toml
+from flockwire_core.swarm.tables import Items, Model
+from flockwire_core.swarm.validation import validate
+from flockwire_core.swarm.wording import meant
+from flockwire_core.wire.plan import Plan
+from pydantic import Field
+
+from flockwire_lab.faults.kinds import Fault
+from flockwire_lab.faults.targets import targets
+
+
+class FaultFileError(ValueError):
+    """A bad fault file; each line of the text names one key, its value and the rule."""
+
+
+class _File(Model):
+    faults: Items[Annotated[Fault, Field(discriminator="kind")]] = ()
+
+
+def load_faults(path: Path, plan: Plan) -> tuple[Fault, ...]:
+    """Read and check the faults for the swarm of `plan` in the file `path`; raises FaultFileError."""
+    return parse_faults(read_toml(path, "faults", FaultFileError), plan, str(path))
+
+
+def parse_faults(table: dict[str, object], plan: Plan, origin: str) -> tuple[Fault, ...]:
+    """Check the content `table` of the fault file `origin`; raises FaultFileError."""
+    faults = validate(_File, table, origin, FaultFileError).faults
+    problems = list(_problems(faults, plan))
+    if problems:
+        raise FaultFileError("\n".join(f"{origin}: {line}" for line in problems))
+    return faults
+
+
+def notes(faults: Sequence[Fault]) -> dict[str, str]:
+    """Return what a trace's metadata says of the injected faults: s after the take-off order, and in words."""
+    told = [[fault.at, f"{fault.kind} {fault.subject}".strip()] for fault in faults]
+    return {FAULTS: json.dumps(told)} if told else {}
+
+
+def _problems(faults: tuple[Fault, ...], plan: Plan) -> Iterator[str]:
+    processes, before = targets(plan), 0.0
+    for place, fault in enumerate(faults):
+        key = f"faults.{place}"
+        if fault.at < before:
+            yield f"{key}.at = {fault.at:g}: must not be before the fault above, at {before:g}"
+        before = max(before, fault.at)
+        for name, process in fault.named_processes().items():
+            if process not in processes:
+                choice = f"{', '.join(processes)}{meant(process, processes)}"
+                yield f"{key}.{name} = {process!r}: there is no such process; must be one of {choice}"
+        known = fault.possible(plan)
+        for name, number in fault.named_drones().items():
+            if number not in known:
+                yield f"{key}.{name} = {number}: there is no such drone; must be one of {list(known)}"
+        for name, problem in fault.problems(plan):
+            yield f"{key}.{name} = {problem}"
