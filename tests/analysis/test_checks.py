@@ -15,18 +15,18 @@ from flockwire_core.domain.time import SECOND
 from flockwire_core.loading import SwarmFileError
 from flockwire_core.swarm.tables import BOUNDED, Checks
 from flockwire_core.wire.keys import MISSION, Key
-from recorded_flights import swarm_of
+from recorded_flights import collect, swarm_of
 
 BOUNDS = Checks()
 T0 = 1_790_000_000 * SECOND  # mission time 0
 
 
 @pytest.fixture
-def failures(fly):
+def failures():
     """Fly with the given numbers; returns the sentence of each failed check, by its name."""
 
     def of(**numbers):
-        summary = summarise(read_trace(fly(**{"begin": -2.0, "end": 10.0} | numbers)))
+        summary = summarise(collect(**{"begin": -2.0, "end": 10.0} | numbers))
         return {check.name: check.sentence() for check in summary.checks if not check.ok}
 
     return of
@@ -44,8 +44,8 @@ def test_an_estimate_that_is_15_m_off(failures):
 
 
 @pytest.mark.parametrize("nowhere", [{"place_bias": 1e253}, pytest.param({"leaps_at": 2.0}, marks=pytest.mark.long)])
-def test_a_drone_that_is_nowhere_in_this_world_fails_the_flight_and_not_the_report(fly, tmp_path, nowhere):
-    trace = read_trace(fly(begin=-2.0, end=4.0, **nowhere))
+def test_a_drone_that_is_nowhere_in_this_world_fails_the_flight_and_not_the_report(tmp_path, nowhere):
+    trace = collect(begin=-2.0, end=4.0, **nowhere)
     summary = summarise(trace)
     write_files(trace, summary, tmp_path / "out")
     assert (tmp_path / "out/report.html").exists()
@@ -73,8 +73,8 @@ def moved(trace, number, begin, end, along_x):
     return {check.name: check.sentence() for check in summarise(trace).checks if not check.ok}
 
 
-def test_a_follower_off_its_place_between_settling_and_the_tail(fly, swarm_of):
-    trace = read_trace(fly(begin=-2.0, end=20.0, swarm=swarm_of(False, limits={"speed": 90.0})))
+def test_a_follower_off_its_place_between_settling_and_the_tail(swarm_of):
+    trace = collect(begin=-2.0, end=20.0, swarm=swarm_of(False, limits={"speed": 90.0}))
     assert moved(trace, 3, 5.0, 9.9, 0.3) == {}  # in time
     found = moved(trace, 3, 5.0, 11.0, 0.3)
     assert list(found) == ["formation kept"]
@@ -83,20 +83,21 @@ def test_a_follower_off_its_place_between_settling_and_the_tail(fly, swarm_of):
     )
 
 
-def test_a_formation_that_never_settled_is_not_judged_twice(fly):
-    assert "formation kept" not in {check.name for check in summarise(read_trace(fly(end=8.0, place_bias=0.2))).checks}
+def test_a_formation_that_never_settled_is_not_judged_twice():
+    assert "formation kept" not in {check.name for check in summarise(collect(end=8.0, place_bias=0.2)).checks}
 
 
 @pytest.mark.parametrize("polygon", [False, True])
 @pytest.mark.parametrize(("outside", "ok"), [(0.05, True), (0.3, False)])
-def test_a_drone_outside_the_fence(fly, swarm_of, polygon, outside, ok):
+def test_a_drone_outside_the_fence(swarm_of, polygon, outside, ok):
     east = 6.0
     table = {"min": [-8.0, -8.0, -0.5], "max": [8.0, 8.0, 3.0]}
     table |= (
         {"polygon": [[-7.0, -7.0], [east, -7.0], [east, 7.0], [-7.0, 7.0]]} if polygon else {"max": [east, 8.0, 3.0]}
     )
-    path = fly(begin=-2.0, end=10.0, swarm=swarm_of(limits={"fence": table, "speed": 1e4}, checks={"off_place": 9.0}))
-    trace = read_trace(path)
+    trace = collect(
+        begin=-2.0, end=10.0, swarm=swarm_of(limits={"fence": table, "speed": 1e4}, checks={"off_place": 9.0})
+    )
     positions = trace.positions(2)
     times = (positions.stamps - T0) / SECOND
     positions.values[(times > 4.0) & (times < 5.0), 0] = east + outside
@@ -105,9 +106,9 @@ def test_a_drone_outside_the_fence(fly, swarm_of, polygon, outside, ok):
     assert checks["fence"].ok is ok
 
 
-def test_what_stands_outside_the_fence_is_not_a_flight(fly, swarm_of):
+def test_what_stands_outside_the_fence_is_not_a_flight(swarm_of):
     """Carry a drone away once it is down."""
-    trace = read_trace(fly(begin=-2.0, end=10.0))
+    trace = collect(begin=-2.0, end=10.0)
     trace.positions(2).values[-40:, 0] += 100.0
     assert {check.name: check for check in summarise(trace).checks}["fence"].ok
 
@@ -142,8 +143,8 @@ def test_a_flight_that_does_not_land(failures):
     assert found["landed"] == "landed: the recording ends without an order to land, 5 drones in the air"
 
 
-def test_a_drone_that_stays_in_the_air(fly):
-    trace = read_trace(fly(begin=-2.0, end=6.0))
+def test_a_drone_that_stays_in_the_air():
+    trace = collect(begin=-2.0, end=6.0)
     trace.of("telemetry", 2).values[-1] = (1.0, 0.9, 0.4, 0.0)
     trace.histories["uav2"] = trace.histories["uav2"][:-1]  # its pilot had not heard of it
     (failure,) = summarise(trace).failures()
@@ -167,10 +168,10 @@ def test_a_recorder_that_was_frozen_is_not_a_slow_agent(failures):
     assert "must be at most 0.5 s without recorded messages" in found["recording"]
 
 
-def test_an_insiders_forged_times_and_counts_are_in_no_figure(fly):
-    honest = summarise(read_trace(fly(begin=-2.0, end=10.0)))
+def test_an_insiders_forged_times_and_counts_are_in_no_figure():
+    honest = summarise(collect(begin=-2.0, end=10.0))
     forged = ((0, 2**31), (2**62, 2**32 - 1), (T0 - 3600 * SECOND, 2**30), (T0 + 10**17, 151), (2**62, 0))
-    found = summarise(read_trace(fly(begin=-2.0, end=10.0, forged=forged)))
+    found = summarise(collect(begin=-2.0, end=10.0, forged=forged))
     assert found.failures() == ()
     assert found.messages.lost == 0
     assert found.messages.recorded == honest.messages.recorded + len(forged)
@@ -188,9 +189,9 @@ def test_a_recording_that_ends_in_flight(failures):
     assert list(failures(unrecorded=(8.0, 99.0))) == ["landed"]
 
 
-def test_each_order_is_judged_by_itself(fly, swarm_of):
-    path = fly(begin=-2.0, end=16.0, second_start=8.0, swarm=swarm_of(formations={"row": {"kind": "line"}}))
-    summary = summarise(read_trace(path))
+def test_each_order_is_judged_by_itself(swarm_of):
+    trace = collect(begin=-2.0, end=16.0, second_start=8.0, swarm=swarm_of(formations={"row": {"kind": "line"}}))
+    summary = summarise(trace)
     first, second = summary.phases
     assert (first.formation, first.begin_s, first.length_s) == ("", 0.0, 8.0)
     assert (second.formation, second.begin_s, second.length_s) == ("row", 8.5, 7.5)
@@ -201,17 +202,16 @@ def test_each_order_is_judged_by_itself(fly, swarm_of):
     assert "(formation 'row', from 8.5 s on, 7.5 s long)" in failed[0]
 
 
-def test_a_good_order_is_not_affected_by_one_that_was_taken_back_at_once(fly, swarm_of):
-    path = fly(begin=-2.0, end=10.0, second_start=8.5, swarm=swarm_of(formations={"row": {"kind": "line"}}))
-    summary = summarise(read_trace(path))
+def test_a_good_order_is_not_affected_by_one_that_was_taken_back_at_once(swarm_of):
+    trace = collect(begin=-2.0, end=10.0, second_start=8.5, swarm=swarm_of(formations={"row": {"kind": "line"}}))
+    summary = summarise(trace)
     assert [phase.length_s for phase in summary.phases] == [8.5, 1.0]
     assert summary.ok
 
 
-def test_an_order_to_hold_that_is_taken_back_before_the_landing_changes_nothing(fly):
+def test_an_order_to_hold_that_is_taken_back_before_the_landing_changes_nothing():
     """Hold for 0.7 s, fly the formation for 2.3 s with the drones off their places, land."""
-    path = fly(begin=-2.0, end=10.0, holds_at=7.0, resumes_at=7.7)
-    trace = read_trace(path)
+    trace = collect(begin=-2.0, end=10.0, holds_at=7.0, resumes_at=7.7)
     for number in trace.swarm.followers:
         positions = trace.positions(number)
         positions.values[positions.stamps > trace.missions[-3].stamp, 0] += 0.4
@@ -234,11 +234,9 @@ def test_an_order_that_was_obeyed_and_not_recorded_is_lost(failures):
     assert failures(obeyed=unrecorded) == {"lost messages": "lost messages: 1, must be none"}
 
 
-def test_what_never_took_off_is_not_said_to_be_in_the_air(fly):
+def test_what_never_took_off_is_not_said_to_be_in_the_air():
     silent = frozenset({MISSION, *(Key("telemetry", f"uav{i}") for i in range(5))})
-    landed = next(
-        check for check in summarise(read_trace(fly(end=-1.0, silent=silent))).checks if check.name == "landed"
-    )
+    landed = next(check for check in summarise(collect(end=-1.0, silent=silent)).checks if check.name == "landed")
     assert landed.sentence().startswith("landed: no telemetry of uav0 was recorded; no telemetry of uav1 was recorded;")
 
 
@@ -250,19 +248,19 @@ def test_drones_without_telemetry_are_not_said_to_be_in_the_air(failures):
     )
 
 
-def test_a_follower_may_leave_its_place_for_an_obstacle(fly, swarm_of):
+def test_a_follower_may_leave_its_place_for_an_obstacle(swarm_of):
     near = {"avoidance": {"obstacle_influence_radius": 1.2}, "limits": {"speed": 4.0}}
-    path = fly(begin=-2.0, end=40.0, deflection=0.6, swarm=swarm_of(**near))
-    summary = summarise(read_trace(path))
+    trace = collect(begin=-2.0, end=40.0, deflection=0.6, swarm=swarm_of(**near))
+    summary = summarise(trace)
     assert summary.formation_error_m.max_tail > 0.1 > summary.phases[0].judged_tail_m
     assert summary.failures() == ()
 
 
-def test_a_place_that_cannot_be_had_counts_as_no_error(fly, swarm_of):
+def test_a_place_that_cannot_be_had_counts_as_no_error(swarm_of):
     """All followers are 0.3 m off; an obstacle has their places from 15 s on the average, all from 18.5 s on."""
     obstacle = {"center": [4.0, 4.0, 0.0], "radius": 3.2}
     formation = {"kind": "circle", "radius": 0.5, "rate": 1.0}
-    summary = summarise(read_trace(fly(place_bias=0.3, swarm=swarm_of(formation=formation, obstacles=[obstacle]))))
+    summary = summarise(collect(place_bias=0.3, swarm=swarm_of(formation=formation, obstacles=[obstacle])))
     assert summary.formation_error_m.max_tail > 0.29
     assert not {"formation settled", "formation tail"} & {check.name for check in summary.checks if not check.ok}
     (phase,) = summary.phases

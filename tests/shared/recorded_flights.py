@@ -11,6 +11,8 @@ from pathlib import Path
 from random import Random
 
 import pytest
+from flockwire_analysis.collecting import Collector
+from flockwire_analysis.recorded import Trace
 from flockwire_core.control.formation import Formation
 from flockwire_core.domain.airframe import Command, FlightState, Telemetry
 from flockwire_core.domain.body import Nearby
@@ -262,27 +264,45 @@ class Flight:
         )
 
 
-def record(path: Path, **numbers: object) -> Flight:
-    """Write the trace of the flight with these numbers, flushing ten times a second."""
-    flight = Flight(**numbers)
-    writer = TraceWriter(path, describe(flight.swarm, 'name = "paper"  # <by hand>\n', 7, T0))
+def _recorded(flight: Flight) -> Iterator[tuple[Key, str, int, int, int, Message]]:
+    """Yield key, publisher, sequence number, log time, publish time (Unix ns) and message of what is recorded."""
     said = sorted((event for event in flight.events() if event[1] not in flight.silent), key=lambda event: event[0])
-    flushed = 0
     begin, end = (T0 + int(at * SECOND) for at in flight.unrecorded)
     for published, key, publisher, sequence, message in said:
         if begin < published < end:
             continue
-        topic, ros_type = f"/{key_text(flight.swarm.name, key)}", ROS_TYPES[ROWS[key.kind].message]
-        who = publisher.encode().ljust(16)
-        writer.write(topic, ros_type, who, sequence, published + MS // 5, published, encode(message))
+        yield key, publisher, sequence, published + MS // 5, published, message
         if key == Key("command", "uav3") and sequence // 100 < len(flight.forged) and sequence % 100 == 50:
             sent, count = flight.forged[sequence // 100]
-            writer.write(topic, ros_type, who, count, published + MS // 4, sent, encode(message))
-        if published - flushed > SECOND // 10:
+            yield key, publisher, count, published + MS // 4, sent, message
+
+
+def described(flight: Flight) -> dict[str, str]:
+    """Return the metadata of its trace."""
+    return describe(flight.swarm, 'name = "paper"  # <by hand>\n', 7, T0)
+
+
+def record(path: Path, **numbers: object) -> Flight:
+    """Write the trace of the flight with these numbers, flushing ten times a second."""
+    flight, flushed = Flight(**numbers), 0
+    writer = TraceWriter(path, described(flight))
+    for key, publisher, sequence, logged, published, message in _recorded(flight):
+        topic, ros_type = f"/{key_text(flight.swarm.name, key)}", ROS_TYPES[ROWS[key.kind].message]
+        writer.write(topic, ros_type, publisher.encode().ljust(16), sequence, logged, published, encode(message))
+        if logged - flushed > SECOND // 10:
             writer.flush()
-            flushed = published
+            flushed = logged
     writer.close()
     return flight
+
+
+def collect(**numbers: object) -> Trace:
+    """Return what is read of the trace of the flight with these numbers, without a file."""
+    flight = Flight(**numbers)
+    collector = Collector(flight.swarm, described(flight))
+    for key, publisher, sequence, logged, published, message in _recorded(flight):
+        collector.add((key, publisher), key, message, sequence, published, logged)
+    return collector.trace(Path("trace.mcap"))
 
 
 @pytest.fixture(scope="session")
