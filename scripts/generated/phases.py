@@ -34,7 +34,7 @@ CONDITIONS_HEAD = """
 REACTIONS_HEAD = """
 ## Reactions
 
-Of each reaction the first row counts whose input is beyond its limit, in a phase that it names. The status then has its
+The first row of each reaction counts that names the phase, and whose input is beyond its limit. The status then has its
 text as the reason, and the row's input and reaction as its code. `refuse` makes `unready` hold, `hold` makes
 `disturbed`, `land` makes `danger`.
 
