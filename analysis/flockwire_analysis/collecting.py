@@ -16,7 +16,7 @@ from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import ROWS, Key
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import APART, LAW_FAILED, LEFT_OUT, Status
-from flockwire_recorder.trace import count_lost, published_at
+from flockwire_recorder.trace import count_lost, publication_time
 
 from flockwire_analysis.observed import Observed, Shown, append_change, keep, observed, shown
 from flockwire_analysis.recorded import Held, ProcessRecord, StateChange, Trace, is_repeated
@@ -107,7 +107,7 @@ class Collector:
         columns = self._columns.get(key)
         if columns is None:
             columns = self._columns[key] = Columns(key.kind)
-        columns.add(message, published_at(published, logged), logged, sequence)
+        columns.add(message, publication_time(published, logged), logged, sequence)
 
     def _log_time(self, claimed: int) -> int:
         """Return `claimed`, or the last log time if it is a day away from that and few others are with it."""

@@ -11,7 +11,7 @@ from flockwire_core.compiling import mypyc_attr
 from flockwire_core.domain.record import Record
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.cores import Core, Datagram, Networked
-from flockwire_core.process.stepping import StatusPublisher, Stepper, at_once, tick_period
+from flockwire_core.process.stepping import StatusPublisher, Stepper, prompt_keys, tick_period
 from flockwire_core.process.timekeeping import Timekeeping, is_known
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.codec import CODECS, Message
@@ -167,7 +167,7 @@ class VirtualProcess:
         timekeeping = self._timekeeping
         core = self._core = self._make_core(self._now, self._starts - 1)
         self._bind(core)
-        prompt = at_once(core) | timekeeping.keys
+        prompt = prompt_keys(core) | timekeeping.keys
         self._slots = [Slot(slot.inbox, slot.timing, slot.inbox.key in prompt) for slot in self._slots]
         status = StatusPublisher(
             self._swarm.frame, self.identity, self._publish, NoResources(), timekeeping, lambda _: None

@@ -1,4 +1,4 @@
-"""The error of a trace that takes no more; apart from the trace, which is compiled: an error cannot be."""
+"""The error of a full disk; apart from the trace, because an OSError cannot be compiled."""
 
 
 class TraceFullError(OSError):

@@ -7,8 +7,8 @@ from collections import Counter
 
 from flockwire_core import clock
 from flockwire_core.process.stepping import StepCounts
-from flockwire_core.runtime.ending import Ending, finished, last_resort
-from flockwire_core.runtime.job import Job, connected
+from flockwire_core.runtime.ending import Ending, last_resort, wait_for_end
+from flockwire_core.runtime.job import Job, connect_job
 from flockwire_core.runtime.refusals import Refusals
 from flockwire_core.runtime.session import Session
 from flockwire_core.runtime.shell import status_publisher
@@ -24,7 +24,7 @@ from flockwire_core.wire.status import Report, counted
 from flockwire_recorder.core import PERIOD, RecorderCore
 from flockwire_recorder.full import TraceFullError
 from flockwire_recorder.parts import next_part
-from flockwire_recorder.trace import TraceWriter, describe, logged_at, published_at
+from flockwire_recorder.trace import TraceWriter, describe, log_time_of, publication_time
 
 FLUSH_EVERY = 2  # ticks: with what is in batches, at most 0.2 s is lost with the process
 
@@ -61,8 +61,8 @@ class Recorder:
     def drain(self, now: int) -> None:
         """Write all buffered messages in the order of sending. Raises TraceFullError once."""
         for sent, topic, publisher, sequence, payload in in_order(self._topics, now, self._rejected):
-            published = published_at(sent, now)
-            logged = logged_at(published, now)
+            published = publication_time(sent, now)
+            logged = log_time_of(published, now)
             self._trace.write(topic, self._ros_types[topic], publisher, sequence, logged, published, payload)
 
     def close(self) -> None:
@@ -86,7 +86,7 @@ async def run(job: Job) -> None:
     plan, identity = job.plan, job.identity
     ending, refusals = Ending(), Refusals(identity)
     refusals.watch()
-    session = await connected(job, ending.told)
+    session = await connect_job(job, ending.ended)
     if session is None:
         return
     with session:
@@ -98,7 +98,7 @@ async def run(job: Job) -> None:
         ticker.start()
         done = False
         try:
-            await finished(RecorderCore(), plan, identity, session, ending)
+            await wait_for_end(RecorderCore(), plan, identity, session, ending)
             recorder.close()  # before the last resort: a slow disk takes its time, who supervises ends what hangs
             done = True
         finally:

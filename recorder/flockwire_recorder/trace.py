@@ -97,7 +97,7 @@ class TraceWriter:
         """Append one message.
 
         `publisher`, `sequence` and `publish_time` (Unix ns) come from the attachment, `log_time` is the result
-        of `logged_at` (Unix ns). Raises KeyError for a `ros_type` without a schema, TraceFullError once.
+        of `log_time_of` (Unix ns). Raises KeyError for a `ros_type` without a schema, TraceFullError once.
         """
         if self._failed:
             self.dropped += 1
@@ -166,12 +166,12 @@ FARTHEST = 10 * SECOND  # ns between publication and record: a receiver that was
 WAITED = SECOND  # ns between publication and record, of a message that waited in a batch, at most
 
 
-def published_at(claimed: int, received: int) -> int:
+def publication_time(claimed: int, received: int) -> int:
     """Return when a message was published, Unix ns: `claimed` if it is near `received`, else `received`."""
     return claimed if abs(received - claimed) <= FARTHEST else received
 
 
-def logged_at(published: int, received: int) -> int:
+def log_time_of(published: int, received: int) -> int:
     """Return the log time of a message, Unix ns: when it was `published`, as far as it may have waited for its batch.
 
     Whoever plays a trace goes by log times, and batches would all come at once.

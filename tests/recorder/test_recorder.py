@@ -126,8 +126,8 @@ def test_the_trace_is_complete_before_the_process_is_ended_in_any_case(monkeypat
         return LinkedSession()
 
     monkeypatch.setattr(process, "Refusals", lambda _: Refusals())
-    monkeypatch.setattr(process, "connected", at_once)
-    monkeypatch.setattr(process, "finished", at_once)
+    monkeypatch.setattr(process, "connect_job", at_once)
+    monkeypatch.setattr(process, "wait_for_end", at_once)
     monkeypatch.setattr(process, "last_resort", lambda *how: done.append(how))
     monkeypatch.setattr(TraceWriter, "close", close_trace)
     job = Job(Plan(swarm_of()), "recorder", None, "", tmp_path)

@@ -114,7 +114,7 @@ class StatusPublisher:
             self._log(state)
 
 
-def at_once(core: Core) -> frozenset[Key]:
+def prompt_keys(core: Core) -> frozenset[Key]:
     """Return the keys that are received at once; all others are buffered until the next step."""
     return core.prompt | core.triggers
 
@@ -201,7 +201,7 @@ class Stepper:
             self._counts.count(now - self._ahead - inbox.sent, inbox.missed)
             self._step(now)
 
-    def fed(self, now: int) -> None:
+    def step_on_external_input(self, now: int) -> None:
         """Step for input that is not from a key."""
         self._ticks = 0
         self._counts.count(0, 0)

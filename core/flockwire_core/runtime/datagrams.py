@@ -60,7 +60,7 @@ class _Socket(asyncio.DatagramProtocol):
 
 
 @contextlib.asynccontextmanager
-async def served(core: Core) -> AsyncIterator[Sockets | None]:
+async def serve(core: Core) -> AsyncIterator[Sockets | None]:
     """Serve the sockets of `core` during the context; None for a core without sockets. Raises EndpointInUseError."""
     if not isinstance(core, Networked) or not core.sockets:
         yield None

@@ -35,7 +35,7 @@ class Ending:
     """Watches the running process's signals and its parent, in the running loop."""
 
     def __init__(self) -> None:
-        self.told = asyncio.Event()  # the process is to end
+        self.ended = asyncio.Event()  # the process is to end
         self.insisted = False  # a second signal: it ends at once
         self.orphaned = False  # its parent is gone
         loop = asyncio.get_running_loop()
@@ -46,8 +46,8 @@ class Ending:
             loop.add_reader(int(lifeline), self._readable, int(lifeline))
 
     def _signalled(self) -> None:
-        self.insisted = self.told.is_set() and not self.orphaned
-        self.told.set()
+        self.insisted = self.ended.is_set() and not self.orphaned
+        self.ended.set()
 
     def _readable(self, lifeline: int) -> None:
         with contextlib.suppress(OSError):
@@ -55,10 +55,10 @@ class Ending:
                 return
         asyncio.get_running_loop().remove_reader(lifeline)
         self.orphaned = True
-        self.told.set()
+        self.ended.set()
 
 
-async def finished(
+async def wait_for_end(
     core: Core,
     plan: Plan,
     identity: str,
@@ -72,7 +72,7 @@ async def finished(
     If the parent is gone, it also waits for all linked processes that end before it by the process table. `lock` is
     held while the core is asked, and `time` returns its time at a swarm time (process/stepping.py).
     """
-    await ending.told.wait()
+    await ending.ended.wait()
     log, rank = logging.getLogger(identity), plan.rows[identity].rank
     with lock:
         core.retire(time(clock.now()))

@@ -57,7 +57,7 @@ def serve(job: Job) -> int:
     return 0
 
 
-async def connected(job: Job, ended: asyncio.Event) -> Session | None:
+async def connect_job(job: Job, ended: asyncio.Event) -> Session | None:
     """Open the session of the process of `job`; None if `ended` is first.
 
     Raises CredentialsError, DetoursError and EndpointInUseError.

@@ -14,12 +14,12 @@ from random import Random
 
 from flockwire_core import clock
 from flockwire_core.process.cores import Core, Start
-from flockwire_core.process.stepping import StatusPublisher, StepCounts, Stepper, at_once, tick_period
+from flockwire_core.process.stepping import StatusPublisher, StepCounts, Stepper, prompt_keys, tick_period
 from flockwire_core.process.stopwatch import Stopwatch
 from flockwire_core.process.timekeeping import Timekeeping, patience
-from flockwire_core.runtime.datagrams import Sockets, served
-from flockwire_core.runtime.ending import Ending, finished, last_resort
-from flockwire_core.runtime.job import Job, connected
+from flockwire_core.runtime.datagrams import Sockets, serve
+from flockwire_core.runtime.ending import Ending, last_resort, wait_for_end
+from flockwire_core.runtime.job import Job, connect_job
 from flockwire_core.runtime.refusals import Refusals
 from flockwire_core.runtime.resources import ProcessResources
 from flockwire_core.runtime.session import Session
@@ -52,9 +52,9 @@ class Shell:
     ) -> None:
         self._running, self._lock = False, swarm_clock.lock
         timed, wakeup = swarm_clock.timekeeping, Wakeup(self._arrived, swarm_clock.lock)
-        keys, prompt_keys = [key for key in plan.subscribes[identity] if key not in timed.keys], at_once(core)
-        buffered = [session.buffered(key) for key in keys if key not in prompt_keys]
-        prompts = [session.prompt(key, wakeup) for key in keys if key in prompt_keys]
+        keys, prompt = [key for key in plan.subscribes[identity] if key not in timed.keys], prompt_keys(core)
+        buffered = [session.buffered(key) for key in keys if key not in prompt]
+        prompts = [session.prompt(key, wakeup) for key in keys if key in prompt]
         self._wakeup = wakeup
         flush = None if sockets is None else sockets.flush
         inputs = [*buffered, *prompts, *swarm_clock.prompts]
@@ -79,7 +79,7 @@ class Shell:
         """Step for input that arrived by another way than the session."""
         with self._lock:
             if self._running:
-                self._stepper.fed(clock.now())
+                self._stepper.step_on_external_input(clock.now())
 
     def _arrived(self, prompt: Prompt) -> None:
         if self._running:
@@ -124,7 +124,7 @@ async def run_core(job: Job, feed: Feed | None = None) -> None:
     plan, identity = job.plan, job.identity
     ending, refusals = Ending(), Refusals(identity)
     refusals.watch()
-    session = await connected(job, ending.told)
+    session = await connect_job(job, ending.ended)
     if session is None:
         return
     async with contextlib.AsyncExitStack() as stack:
@@ -132,18 +132,18 @@ async def run_core(job: Job, feed: Feed | None = None) -> None:
         swarm_clock = SwarmClock(plan, identity, session)
         loop = asyncio.get_running_loop()
         status = status_publisher(plan, identity, session, refusals, swarm_clock.timekeeping, loop)
-        await swarm_clock.settled(ending.told, patience(plan, identity), lambda: _waits(status))
+        await swarm_clock.wait_for_time(ending.ended, patience(plan, identity), lambda: _waits(status))
         chance = Random(plan.swarm.gateway.seed)  # noqa: S311  (noise)
         status.stopwatch = Stopwatch(clock.monotonic, 1.0 / plan.swarm.control.rate_hz)
         core = job.make_core(Start(plan, identity, clock.now(), chance, status.stopwatch))
-        sockets = await stack.enter_async_context(served(core))
+        sockets = await stack.enter_async_context(serve(core))
         shell = Shell(core, plan, identity, session, swarm_clock, status, sockets)
         fed = feed(core, shell.step) if feed is not None else None
         shell.start(direct=sockets is None and fed is None)
         done = False
         try:
             async with fed or nullcontext():
-                await finished(core, plan, identity, session, ending, swarm_clock.lock, shell.time)
+                await wait_for_end(core, plan, identity, session, ending, swarm_clock.lock, shell.time)
             done = True
         finally:
             shell.stop()

@@ -1,5 +1,6 @@
 """Batches: the messages of the control rate reach the recorder ten times a second, many in one.
 
+A radio link that loses packets passes some 40 messages a second, and a process publishes 200 (docs/radio.md).
 Each message keeps its key, its sequence number, its send time and its bytes. If a process is killed, its messages of up
 to two periods are not recorded; drones receive every message directly.
 """

@@ -14,8 +14,8 @@ from flockwire_core import clock
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.stepping import StepCounts
 from flockwire_core.ros.advice import advice
-from flockwire_core.runtime.ending import Ending, finished, last_resort
-from flockwire_core.runtime.job import Job, connected
+from flockwire_core.runtime.ending import Ending, last_resort, wait_for_end
+from flockwire_core.runtime.job import Job, connect_job
 from flockwire_core.runtime.refusals import Refusals
 from flockwire_core.runtime.ros_ends import RosInput, RosOutput, RosServices
 from flockwire_core.runtime.ros_node import Place, RosNode, join
@@ -149,7 +149,7 @@ async def run(job: Job) -> None:
     place = place_of(plan.swarm, identity)
     if place.serves:
         routes()
-    session = await connected(job, ending.told)
+    session = await connect_job(job, ending.ended)
     if session is None:
         return
     with contextlib.ExitStack() as stack:
@@ -161,7 +161,7 @@ async def run(job: Job) -> None:
         joining.add_done_callback(process.joined)
         done = False
         try:
-            await finished(process.core, plan, identity, session, ending)
+            await wait_for_end(process.core, plan, identity, session, ending)
             await joining
             done = True
         finally:
@@ -170,7 +170,7 @@ async def run(job: Job) -> None:
 
 
 async def _join(process: RosProcess, place: Place, ending: Ending, stack: contextlib.ExitStack) -> None:
-    node = await join(place, ending.told, process.absent)
+    node = await join(place, ending.ended, process.absent)
     if node is not None:
         stack.enter_context(node)
         process.join(node)

@@ -86,7 +86,7 @@ async def begun(
     It waits for TIME_KNOWN s at most, and stops if it is `hopeless`.
     """
     ended = asyncio.Event()
-    await swarm_clock.settled(ended, TIME_KNOWN, lambda: ended.set() if hopeless() else None)
+    await swarm_clock.wait_for_time(ended, TIME_KNOWN, lambda: ended.set() if hopeless() else None)
     return ExcitationCore(swarm, number, clock.now(), axes)
 
 

@@ -1,12 +1,12 @@
 import asyncio
 
-from flockwire_core.runtime.datagrams import Sockets, served
+from flockwire_core.runtime.datagrams import Sockets, serve
 from flockwire_twins.kinematics.core import KinematicsCore
 
 
 def sockets_of(core):
     async def opened():
-        async with served(core) as sockets:
+        async with serve(core) as sockets:
             return sockets
 
     return asyncio.run(opened())

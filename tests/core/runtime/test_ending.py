@@ -7,7 +7,7 @@ import threading
 
 import pytest
 from flockwire_core.runtime import ending as module
-from flockwire_core.runtime.ending import LIFELINE, UNDONE, Ending, finished, last_resort
+from flockwire_core.runtime.ending import LIFELINE, UNDONE, Ending, last_resort, wait_for_end
 from waiting import until
 
 SOON = 5.0  # s in which what must happen has long happened
@@ -64,7 +64,7 @@ def test_any_of_three_signals_asks_it_to_end_and_the_second_insists(number):
     async def run():
         ending = Ending()
         raised(number)
-        await until(ending.told.is_set)
+        await until(ending.ended.is_set)
         assert (ending.insisted, ending.orphaned) == (False, False)
         raised(signal.SIGTERM)
         await until(lambda: ending.insisted)
@@ -77,9 +77,9 @@ def test_a_parent_that_is_gone_asks_it_to_end(lifeline):
         ending = Ending()
         os.write(lifeline, b"x")
         await passes()
-        assert not ending.told.is_set()
+        assert not ending.ended.is_set()
         os.close(lifeline)
-        await until(ending.told.is_set)
+        await until(ending.ended.is_set)
         assert (ending.insisted, ending.orphaned) == (False, True)
         raised(signal.SIGTERM)
         await passes()
@@ -93,7 +93,7 @@ def waiting(make_plan, identity, core, links, act):
 
     async def run():
         ending = Ending()
-        task = asyncio.create_task(finished(core, make_plan(), identity, links, ending))
+        task = asyncio.create_task(wait_for_end(core, make_plan(), identity, links, ending))
         await passes()
         await act(ending, task)
         async with asyncio.timeout(SOON):

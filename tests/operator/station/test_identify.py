@@ -18,7 +18,7 @@ class Gateway:
     def __init__(self, behind: float | None) -> None:
         self._behind = behind
 
-    async def settled(self, ended: asyncio.Event, seconds: float, idle: Callable[[], None]) -> None:
+    async def wait_for_time(self, ended: asyncio.Event, seconds: float, idle: Callable[[], None]) -> None:
         if self._behind is not None:
             clock.correct(nanoseconds(self._behind))
             return

@@ -86,7 +86,7 @@ async def serve(
 
     Raises OSError if it cannot be bound.
     """
-    ended, sock = Ending().told, bound(address)
+    ended, sock = Ending().ended, bound(address)
     tello = SimulatedTello(parameters, clock.monotonic(), Random(seed).random, note)  # noqa: S311  (no secret)
     loop = asyncio.get_running_loop()
     transport, _ = await loop.create_datagram_endpoint(lambda: TelloServer(tello), sock=sock)
