@@ -2,6 +2,7 @@
 
 Code that needs to know a kind asks the plan, or the swarm, for a column of the table. Of processes it looks at all
 string literals but docstrings; of airframes, whose names mean nothing else, at every word of every file.
+What flies has no identifier of what judges it.
 """
 
 from __future__ import annotations
@@ -37,6 +38,9 @@ HOMONYMS = {  # words that mean something else there
     ("core/flockwire_core/runtime/ros_node.py", "router"),
     ("lab/flockwire_lab/probe/attackers.py", "router"),
 }
+
+FLY = ("core/flockwire_core", "agent", "leader", "mocap_gateway", "tello_driver", "recorder")
+JUDGED = re.compile(r"(?i)(?<![a-z])(marks|sometimes|faults?|faulty|mutants?|coverage|budgets?)(?![a-z])")
 
 
 def folder(path: str) -> str:
@@ -81,6 +85,15 @@ def airframes(file: Path) -> Iterator[tuple[int, str]]:
         yield from ((number, word) for word in re.findall(rf"(?i)\w*(?:{'|'.join(foreign)})\w*", line))
 
 
+def judging(file: Path) -> Iterator[tuple[int, str]]:
+    """Yield line and text of each identifier in `file` that names what a judge of flights has."""
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        for field in ("id", "attr", "name", "arg", "module", "asname"):
+            text = getattr(node, field, None)
+            if isinstance(text, str) and JUDGED.search(re.sub(r"(?<=[a-z])(?=[A-Z])", "_", text)):
+                yield getattr(node, "lineno", 0), text
+
+
 def main() -> int:
     """Print each spelling; return 1 when there is one."""
     packages = {path for path in ROOT.glob("*/flockwire*") if path.is_dir()}
@@ -89,11 +102,15 @@ def main() -> int:
     code = [(file, *where) for file in files if file.suffix == ".py" for where in spellings(file)]
     found = [(file, line, text) for file, line, text in code if (str(file.relative_to(ROOT)), text) not in HOMONYMS]
     named = [(file, line, text) for file in files for line, text in airframes(file)]
+    flying = [file for folder in FLY for file in sorted((ROOT / folder).rglob("*.py"))]
+    judged = [(file, line, text) for file in flying for line, text in judging(file)]
+    for file, line, text in judged:
+        print(f"{file.relative_to(ROOT)}:{line}: {text!r} is of what judges a flight; what flies does not know it")
     for file, line, text in found:
         print(f"{file.relative_to(ROOT)}:{line}: {text!r} spells a kind of process; ask the plan (wire/plan.py) for it")
     for file, line, text in named:
         print(f"{file.relative_to(ROOT)}:{line}: {text!r} names an airframe; ask its row (swarm/airframes.py)")
-    return 1 if found or named else 0
+    return 1 if found or named or judged else 0
 
 
 if __name__ == "__main__":

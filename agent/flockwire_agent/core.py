@@ -88,10 +88,10 @@ class AgentCore:
         missing = () if len(estimates) == len(neighbourhood) else neighbourhood.missing(now)
         silence = neighbourhood.silence(now, pilot.born)
         leader_down = neighbourhood.leading is Leading.IS_DOWN
-        fault = self._law.fault.text if self._law.fault is not None else ""
-        if not fault and neighbourhood.agreement.contradicted:
-            fault = neighbourhood.agreement.reason(now)
-        phase = pilot.observe(now, silence, missing, fault, neighbourhood.positions, leader_down)
+        failure = self._law.failure.text if self._law.failure is not None else ""
+        if not failure and neighbourhood.agreement.contradicted:
+            failure = neighbourhood.agreement.reason(now)
+        phase = pilot.observe(now, silence, missing, failure, neighbourhood.positions, leader_down)
         if self._auction is None:
             self._refer(phase)
         else:
@@ -126,7 +126,7 @@ class AgentCore:
 
     def report(self, now: int) -> Report:
         """Return the agent's status; an error of its law, and a neighbour left out, are reasons with a code."""
-        place, fault = self._place(), self._law.fault
+        place, failure = self._place(), self._law.failure
         report = self._pilot.report(now, self._error(place), shown(self._neighbourhood.oldest(now)), place)
         agreement = self._neighbourhood.agreement
         if agreement.count:
@@ -134,10 +134,10 @@ class AgentCore:
             report = report._replace(reasons=(*report.reasons, *agreement.reasons(now)), counts=counts)
         if self._auction is not None:
             report = self._auction.reported(report)
-        if fault is None:
+        if failure is None:
             return report
-        detail = "" if report.detail == fault.text else report.detail
-        return report._replace(detail=detail, reasons=(*report.reasons, fault))
+        detail = "" if report.detail == failure.text else report.detail
+        return report._replace(detail=detail, reasons=(*report.reasons, failure))
 
     def _refer(self, phase: Phase) -> None:
         """Set the place in the ordered formation, in the formation phase."""

@@ -20,11 +20,11 @@ class GuardedLaw:
     def __init__(self, make: Callable[[], Law], name: str, stopwatch: Stopwatch | None = None) -> None:
         self._make, self._name, self._stopwatch = make, name, stopwatch
         self._law = make()
-        self.fault: Reason | None = None  # the law's error, None without one
+        self.failure: Reason | None = None  # the law's error, None without one
 
     def step(self, observation: Observation, now: int) -> Decision | None:
         """Return the law's decision; None if it failed."""
-        if self.fault is not None:
+        if self.failure is not None:
             return None
         stopwatch = self._stopwatch
         try:
@@ -41,16 +41,16 @@ class GuardedLaw:
 
     def restart(self) -> None:
         """Make the law again, if it failed."""
-        if self.fault is None:
+        if self.failure is None:
             return
         try:
-            self._law, self.fault = self._make(), None
+            self._law, self.failure = self._make(), None
         except Exception as error:
             self._failed(error)
 
     def _failed(self, error: Exception) -> None:
         line = f"the law failed: {type(error).__name__}: {error}{where(error)}"
-        self.fault = Reason(LAW_FAILED, line)
+        self.failure = Reason(LAW_FAILED, line)
         text = "".join(traceback.format_exception(error))
         logging.getLogger(self._name).error("%s", f"{line}\n{text.rstrip()}")
 

@@ -11,7 +11,6 @@ from flockwire_core.control.fence import Room
 from flockwire_core.control.safety_filter import HalfSpace, nearest_velocity
 from flockwire_core.control.tracker import BodyTracks, VelocityTracker
 from flockwire_core.domain.body import Body, BodyKind, Separation
-from flockwire_core.domain.marks import Holding
 from flockwire_core.domain.motion import Motion
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
@@ -25,11 +24,6 @@ _MOVER: Final = 0  # the ranks of half-spaces: what cannot all be satisfied is g
 _FIXED: Final = 1  # walls, obstacles
 _HALT: Final = 2  # as far as standing still satisfies what other drones ask, or the spaces of lost bodies
 _FLIGHT: Final = 3  # what they ask beyond that
-_BODY_MARKS = {
-    BodyKind.DRONE: "guard: a drone",
-    BodyKind.OBSTACLE: "guard: an obstacle",
-    BodyKind.MOVER: "guard: a body that does not yield",
-}
 BARRIER_PERIODS: Final = 4.5  # besides lag and dead time, of the delay of others' reactions (docs/theory.md, section 5)
 
 
@@ -78,8 +72,6 @@ class Guard:
         )  # m/s^2, by each of several fixed things
         self.is_cornered = False  # no velocity within the limits satisfies what a mover asks
         self.cornered = 0  # how often it came to that
-        self._active = 0  # the constraints that held the last velocity, a bit each
-        self._clauses = Holding()
 
     def velocity(
         self,
@@ -120,15 +112,6 @@ class Guard:
             v = self._compromise(seen, spaces, sliver, last, speed, braking * dt)
         self.cornered += self.is_cornered and not was
         vx, vy, vz = v
-        dx, dy, dz = vx - centre[0], vy - centre[1], vz - centre[2]
-        rim = radius - _TOUCHES
-        active = 16 + 8 * self.is_cornered + 4 * (violation > 0.0) + 2 * (seen != wanted)
-        active += dx * dx + dy * dy + dz * dz > rim * rim
-        for x, y, z, b in every:
-            active = 2 * active + (x * vx + y * vy + z * vz < b + _TOUCHES)
-        if active != self._active:
-            self._active = active
-            self._mark(active, every, sliver is not None, centre == last)
         return limit((vx, vy, max(vz, lowest)), max(speed, norm(last)))
 
     def _compromise(
@@ -178,29 +161,6 @@ class Guard:
             found.append(space)
             ranks.append(rank)
         return found + spaces[len(self._asking) :], ranks
-
-    def _mark(self, active: int, spaces: list[HalfSpace], sliver: bool, changes: bool) -> None:
-        """Record the constraints that hold the velocity, by the bits of `active`, the newest space lowest."""
-        found, count = [], len(spaces)
-        for place, (_, _, z, _) in enumerate(spaces):
-            if not active >> (count - 1 - place) & 1:
-                continue
-            if place < len(self._asking):
-                found.append(_BODY_MARKS[self._asking[place].kind])
-            elif sliver and place == count - 1:
-                found.append("guard: the speed, while it changes")
-            else:
-                found.append("guard: the floor" if z > 0.5 else "guard: the ceiling" if z < -0.5 else "guard: a wall")
-        rest = active >> count
-        if rest & 1:
-            found.append("guard: the change of speed" if changes else "guard: the speed")
-        if rest & 2:
-            found.append("guard: the sight")
-        if rest & 4:
-            found.append("guard: no velocity satisfies all")
-        if rest & 8:
-            found.append("guard: no velocity satisfies what a mover asks")
-        self._clauses.update(tuple(found))
 
     def tracked(self, motion: Motion, bodies: Sequence[Body], stamp: int) -> list[Body]:
         """Return `bodies`, seen at `stamp` relative to `motion.position`, with the tracked velocities of drones."""

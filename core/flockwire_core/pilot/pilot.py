@@ -89,23 +89,23 @@ class Pilot:
         now: int,
         silence: float,
         missing: tuple[int, ...],
-        fault: str,
+        failure: str,
         neighbours: Callable[[], list[Vector]],
         leader_down: bool = False,
     ) -> Phase:
         """Update the phase and the nearby bodies at `now` (Unix ns); returns the phase.
 
-        The newest leader estimate is `silence` s old, the neighbours `missing` have none; `fault` forbids the formation
-        (empty: none); `neighbours` returns the positions known without a sensor (m, world frame); `leader_down`: the
-        leader does not lead.
+        The newest leader estimate is `silence` s old, the neighbours `missing` have none; `failure` forbids the
+        formation (empty: none); `neighbours` returns the positions known without a sensor (m, world frame);
+        `leader_down`: the leader does not lead.
         """
         pause, self._stepped = now - self._stepped, now
         self.dt = min(pause / SECOND, LONGEST_STEP)
         if pause > PAUSE:
             self._woke = now
         pose, was = self._pose, self.flight.phase
-        values = self._values(now, pause, silence, leader_down, len(missing), bool(fault))
-        self._found = found = self._reactions.find(values, was, fault, missing)
+        values = self._values(now, pause, silence, leader_down, len(missing), bool(failure))
+        self._found = found = self._reactions.find(values, was, failure, missing)
         self.stamp, fresh = command_stamp(pose, now, self._limits.staleness.pose_zero)
         airborne = self._telemetry is not None and self._telemetry.state in AIRBORNE
         high = pose is not None and self._place.is_high(pose.position)
@@ -185,7 +185,7 @@ class Pilot:
         )  # fmt: skip
 
     def _values(
-        self, now: int, pause: int, silence: float, leader_down: bool, missing: int, fault: bool
+        self, now: int, pause: int, silence: float, leader_down: bool, missing: int, failure: bool
     ) -> list[float]:
         """Return the values of the INPUTS at `now` (Unix ns), in their order."""
         mission, pose, telemetry = self.flight.mission, self._pose, self._telemetry
@@ -200,7 +200,7 @@ class Pilot:
         return [
             _lasting(self._retired, now),
             1.0 if mission is not None and self._parameters.number in mission.without else 0.0,
-            1.0 if fault else 0.0,
+            1.0 if failure else 0.0,
             1.0 if state is FlightState.HELD else 0.0,
             pose_age,
             min(pose_age, age(self.born, now)),

@@ -66,7 +66,7 @@ class Row:
     """One row: `reaction`, in any of `phases`, while `input` is above `limit` (`below`: below it).
 
     `limit` is a number, or the name of one in [limits]. `text` is the reason in the status: `{value}` is that of the
-    input, `{limit}` the limit's, `{fault}`, `{missing}` and `{driver}` are those of Reactions.
+    input, `{limit}` the limit's, `{failure}`, `{missing}` and `{driver}` are those of Reactions.
     """
 
     def __init__(
@@ -90,7 +90,7 @@ class Row:
 TABLE: Final = (
     Row(REFUSE, "end", 0.0, SHUTDOWN),
     Row(REFUSE, "left out", 0.0, LEFT_OUT),
-    Row(REFUSE, "law", 0.0, "{fault}"),
+    Row(REFUSE, "law", 0.0, "{failure}"),
     Row(REFUSE, "held up", 0.0, HELD_UP),
     Row(REFUSE, "own pose", "staleness.pose_zero", "waits for its own pose"),
     Row(REFUSE, "telemetry", "staleness.telemetry_warn", "waits for telemetry from {driver}"),
@@ -100,7 +100,7 @@ TABLE: Final = (
     Row(REFUSE, "woke", 0.2, "was frozen, reads what waits for it", below=True),  # a landing may be behind a take-off
     Row(SLOW, "nearby", "staleness.nearby_slow"),
     Row(HOLD, "end", 0.0, SHUTDOWN),
-    Row(HOLD, "law", 0.0, "{fault}"),
+    Row(HOLD, "law", 0.0, "{failure}"),
     Row(HOLD, "own pose", "staleness.pose_zero", "own pose is stale"),
     Row(HOLD, "leader estimate", "staleness.estimates_hold", "no leader estimate for {limit:g} s"),
     Row(HOLD, "leader down", 0.0, "the leader is down"),
@@ -139,11 +139,11 @@ class Reactions:
         self._driver = driver
 
     def find(
-        self, values: Sequence[float], phase: Phase, fault: str = "", missing: tuple[int, ...] = ()
+        self, values: Sequence[float], phase: Phase, failure: str = "", missing: tuple[int, ...] = ()
     ) -> dict[str, Reason]:
         """Return the first reason for each reaction in `phase`; `values` are those of INPUTS, in their order.
 
-        `fault` is that of the law; the neighbours `missing` have no valid estimate.
+        `failure` is that of the law; the neighbours `missing` have no valid estimate.
         """
         found: dict[str, Reason] = {}
         for rule in self._rules:
@@ -151,6 +151,8 @@ class Reactions:
             beyond = value < rule.limit if row.below else value > rule.limit
             if beyond and row.reaction not in found and phase in row.phases:
                 names = ", ".join(["the leader's pose" if j == 0 else f"{uav(j)}'s estimate" for j in missing])
-                text = row.text.format(value=value, limit=rule.limit, driver=self._driver, missing=names, fault=fault)
+                text = row.text.format(
+                    value=value, limit=rule.limit, driver=self._driver, missing=names, failure=failure
+                )
                 found[row.reaction] = Reason(row.code, text)
         return found

@@ -7,9 +7,9 @@ REACTIONS_OF_ONE = Reactions(Limits(), "driver1")
 CALM = dict.fromkeys(INPUTS, 0.0) | {"battery": 1.0, "woke": 60.0}
 
 
-def found(phase=Phase.FORMATION, fault="", missing=(), **values):
+def found(phase=Phase.FORMATION, failure="", missing=(), **values):
     changed = CALM | {name.replace("_", " "): value for name, value in values.items()}
-    return REACTIONS_OF_ONE.find(list(changed.values()), phase, fault, missing)
+    return REACTIONS_OF_ONE.find(list(changed.values()), phase, failure, missing)
 
 
 def test_nothing_is_done_while_every_input_is_within_its_limit():
@@ -40,7 +40,7 @@ def test_a_reason_names_what_is_missing():
     assert found(neighbour=2.0, missing=(0, 3))[REFUSE].text == "waits for the leader's pose, uav3's estimate"
     assert found(telemetry=1.1)[REFUSE].text == "waits for telemetry from driver1"
     assert found(battery=0.19)[REFUSE].text == "battery at 19%, take-off needs 20%"
-    assert found(law=1.0, fault="it failed")[HOLD].text == "it failed"
+    assert found(law=1.0, failure="it failed")[HOLD].text == "it failed"
 
 
 def test_a_process_that_must_end_lands_after_a_second_unless_another_reason_comes_first():
