@@ -189,6 +189,7 @@ def test_drones_keep_their_places_all_along_both_changes(changed: tuple[Any, lis
             assert errors.values[within].max() < 0.06
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("at", [0.0, 7.0])
 def test_a_liar_that_claims_all_places_keeps_drones_where_they_are_until_the_next_order(
     make_swarm: Callable[..., Any], at: float

@@ -95,8 +95,8 @@ def assert_safe(flown: Any) -> Kept:
         pytest.param(OFFSET, 0.035, id="clock offset", marks=pytest.mark.long),  # 30 ms at 1.1 m/s
         pytest.param(DRIFT, 0.003, id="clock drift", marks=pytest.mark.long),
         pytest.param(DELAY, 0.005, id="delay", marks=pytest.mark.long),
-        pytest.param(JITTER, 0.010, id="jitter"),
-        pytest.param(LOSS, 0.003, id="loss"),
+        pytest.param(JITTER, 0.010, id="jitter", marks=pytest.mark.long),
+        pytest.param(LOSS, 0.003, id="loss", marks=pytest.mark.long),
         pytest.param(REORDERING, 0.003, id="reordering", marks=pytest.mark.long),
         pytest.param(ALL, 0.040, id="all"),
     ],
