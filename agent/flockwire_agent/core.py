@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from math import dist, isfinite
+from math import dist, inf, isfinite
 from typing import TYPE_CHECKING, Any
 
 from flockwire_core.domain.motion import Estimate, Leading
@@ -13,14 +13,15 @@ from flockwire_core.domain.signals import Signals
 from flockwire_core.domain.vector import ZERO, Vector, add
 from flockwire_core.law import Decision, Observation, Reference
 from flockwire_core.own_law import make_law
-from flockwire_core.parameters import AgentParameters, agent_parameters
+from flockwire_core.parameters import auction_parameters, law_settings, pilot_parameters
 from flockwire_core.pilot.neighbourhood import Neighbourhood
 from flockwire_core.pilot.orders import flown_place, is_known
 from flockwire_core.pilot.pilot import Pilot, shown
 from flockwire_core.pilot.place import Place
 from flockwire_core.process.cores import Core, Start
 from flockwire_core.process.stopwatch import Stopwatch
-from flockwire_core.swarm.model import uav
+from flockwire_core.swarm.laws import law_object
+from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import MISSION, Key
 from flockwire_core.wire.phase import Phase
@@ -33,36 +34,42 @@ if TYPE_CHECKING:
 
 
 class AgentCore:
-    """One follower, which flies by `parameters`; started at `now` (Unix ns). The `stopwatch` measures its law."""
+    """Follower `number` of `swarm`; started at `now` (Unix ns). The `stopwatch` measures its law."""
 
-    def __init__(self, parameters: AgentParameters, now: int, stopwatch: Stopwatch | None = None) -> None:
-        self._pilot = pilot = Pilot(parameters.pilot, now)
-        name, neighbours = uav(parameters.pilot.number), parameters.neighbours
+    def __init__(self, swarm: Swarm, number: int, now: int, stopwatch: Stopwatch | None = None) -> None:
+        parameters, name = pilot_parameters(swarm, number), uav(number)
+        self._pilot = pilot = Pilot(parameters, now)
         self.triggers = frozenset({pilot.pose_key})
         self.prompt = frozenset({MISSION})
-        self.period = parameters.pilot.period
-        self._frame = parameters.pilot.frame
+        self.period = parameters.period
+        self._frame = swarm.frame
         self._estimate_key, self._bids_key = Key("estimate", name), Key("bids", name)
         self._signals_key = Key("signals", name)
-        self._rank, self._formations = parameters.rank, parameters.formations
-        self._law = GuardedLaw(partial(make_law, parameters.law, parameters.settings), name, stopwatch)
+        self._rank = swarm.followers.index(number)
+        self._formations = {name: swarm.build_formation(name) for name in swarm.formation_names}
+        self._law = GuardedLaw(partial(make_law, law_object(swarm), law_settings(swarm, number)), name, stopwatch)
+        neighbours, depths, filtered = (
+            swarm.topology.neighbours(number),
+            swarm.topology.depths(),
+            swarm.control.filtered,
+        )
         self._neighbourhood = Neighbourhood(
             neighbours,
-            parameters.pilot.limits.staleness,
-            parameters.leader_kind,
-            parameters.disagreement,
-            parameters.closer,
-            parameters.pilot.limits.speed,
+            swarm.limits.staleness,
+            swarm.leader.kind,
+            swarm.limits.disagreement if filtered else inf,
+            frozenset(j for j in neighbours if filtered and depths[j] < depths[number]),
+            parameters.limits.speed,
         )
         self._reference: Reference | None = None  # the place to fly in the formation, None in any other phase
         self._flown: Mission | None = None  # its order
         self._held: int | None = None  # the place that it holds by an auction, of that order
         self._auction: PlaceAuction | None = None
-        if parameters.auction is not None:
+        if swarm.auctioned:
             from flockwire_agent.place_auction import PlaceAuction  # noqa: PLC0415  (few swarms have an auction)
 
-            self._auction = PlaceAuction(parameters.auction, parameters.pilot.number, self._frame, pilot.born)
-            self._waiting = Place(parameters.pilot)  # where it waits for a place
+            self._auction = PlaceAuction(auction_parameters(swarm), number, self._frame, pilot.born)
+            self._waiting = Place(parameters)  # where it waits for a place
         self._judged: tuple[Observation, Decision] | None = None  # the formation of the error
         self._take: dict[Key, Callable[[Any], None]] = {  # handlers of messages, by key
             **{Key("pose", uav(j)): self._neighbourhood.take_pose(j) for j in neighbours},
@@ -207,6 +214,4 @@ class AgentCore:
 def make_core(start: Start) -> Core:
     """Return the core of one follower's agent."""
     swarm = start.plan.swarm
-    return AgentCore(
-        agent_parameters(swarm, start.drone), start.now, start.stopwatch if swarm.control.own_law else None
-    )
+    return AgentCore(swarm, start.drone, start.now, start.stopwatch if swarm.control.own_law else None)

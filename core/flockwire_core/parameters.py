@@ -17,7 +17,6 @@ from flockwire_core.control.potential import PotentialParameters
 from flockwire_core.control.protocol import ProtocolParameters
 from flockwire_core.domain.body import Separation
 from flockwire_core.law import LawSettings
-from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.tables import Checks, Limits, Obstacle
 from flockwire_core.wire.processes import Roster
@@ -55,21 +54,6 @@ class AuctionParameters(NamedTuple):
     most_cost: float  # m^2, largest cost of a place: the fence's diagonal, squared
 
 
-class AgentParameters(NamedTuple):
-    """The parameters of a follower's agent."""
-
-    pilot: PilotParameters
-    law: str  # its class, for `load_object`
-    settings: LawSettings
-    rank: int  # of its place in a formation
-    formations: Mapping[str, Formation]  # by the name in an order
-    neighbours: dict[int, float]  # its in-neighbours: w_ij by id j
-    leader_kind: str
-    disagreement: float  # m, between the neighbours' estimates; inf without a safety filter
-    closer: frozenset[int]  # the in-neighbours that are fewer hops from the leader; likewise none
-    auction: AuctionParameters | None = None  # None if no formation has one
-
-
 def pilot_parameters(swarm: Swarm, number: int) -> PilotParameters:
     """Return the parameters of the pilot of drone `number` of `swarm`."""
     airframe, avoidance = swarm.airframe(number), swarm.avoidance
@@ -95,26 +79,9 @@ def pilot_parameters(swarm: Swarm, number: int) -> PilotParameters:
     )
 
 
-def agent_parameters(swarm: Swarm, number: int) -> AgentParameters:
-    """Return the parameters of the agent of follower `number` of `swarm`."""
-    neighbours, depths = swarm.topology.neighbours(number), swarm.topology.depths()
+def auction_parameters(swarm: Swarm) -> AuctionParameters:
+    """Return the parameters of the auctions of `swarm`."""
     formations = {name: swarm.build_formation(name) for name in swarm.formation_names}
-    return AgentParameters(
-        pilot=pilot_parameters(swarm, number),
-        law=law_object(swarm),
-        settings=law_settings(swarm, number),
-        rank=swarm.followers.index(number),
-        formations=formations,
-        neighbours=neighbours,
-        leader_kind=swarm.leader.kind,
-        disagreement=swarm.limits.disagreement if swarm.control.filtered else inf,
-        closer=frozenset(j for j in neighbours if swarm.control.filtered and depths[j] < depths[number]),
-        auction=auction_parameters(swarm, formations) if swarm.auctioned else None,
-    )
-
-
-def auction_parameters(swarm: Swarm, formations: Mapping[str, Formation]) -> AuctionParameters:
-    """Return the parameters of the auctions of `swarm`, which has these formations."""
     fence = swarm.limits.fence
     return AuctionParameters(swarm.followers, swarm.auctioned, formations, dist(fence.low, fence.high) ** 2)
 

@@ -18,7 +18,6 @@ from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector, add, limit, scale, subtract
 from flockwire_core.loading import parse_swarm
-from flockwire_core.parameters import agent_parameters
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.keys import MISSION, STOP, Key
 from flockwire_core.wire.phase import Phase
@@ -35,7 +34,7 @@ class Cockpit:
 
     def __init__(self, swarm: Swarm, number: int, position: Vector = (3.0, 0.0, 0.0)) -> None:
         self.now, self.swarm, self.number = BEGAN, swarm, number
-        self.core = AgentCore(agent_parameters(swarm, number), BEGAN)
+        self.core = AgentCore(swarm, number, BEGAN)
         self.position, self.leader = position, (0.0, 0.0, 1.0)
         self.leader_phase, self.leading = Phase.FORMATION, Leading.LEADS  # what it reports; what others say of it
         self.origin: int | None = None  # of the neighbours' estimates, Unix ns; None: they are news

@@ -11,7 +11,6 @@ from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import add, scale
-from flockwire_core.parameters import agent_parameters
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.keys import MISSION, Key
 from flockwire_core.wire.phase import Phase
@@ -21,7 +20,7 @@ BEGAN = 1_790_000_000 * SECOND
 
 def fly(swarm, seconds):
     """Fly from the air; returns the followers' positions, the leader's, and the agents' reports."""
-    agents = {i: AgentCore(agent_parameters(swarm, i), BEGAN) for i in swarm.followers}
+    agents = {i: AgentCore(swarm, i, BEGAN) for i in swarm.followers}
     places = {i: (*swarm.drone(i).start[:2], 1.0) for i in swarm.followers}
     start = Mission(BEGAN + 1, "world", "start", BEGAN)
     said, leader, now = {}, (0.0, 0.0, 1.0), BEGAN

@@ -10,7 +10,7 @@ from flockwire_core.domain.bids import NOBODY, Bid, Bids
 from flockwire_core.domain.motion import LeaderMotion, Motion
 from flockwire_core.domain.order import Change, Mission
 from flockwire_core.domain.time import SECOND
-from flockwire_core.parameters import agent_parameters
+from flockwire_core.parameters import auction_parameters
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import NO_PLACE_YET, Report
@@ -34,7 +34,7 @@ def swarm(make_swarm):
 
 
 def part(swarm, number=2, born=BORN):
-    return PlaceAuction(agent_parameters(swarm, number).auction, number, "world", born)
+    return PlaceAuction(auction_parameters(swarm), number, "world", born)
 
 
 def at(swarm, rank, beside=0.0, formation=""):
@@ -93,7 +93,7 @@ def test_bids_of_another_order_and_bids_that_nobody_can_have_made_are_dropped(sw
     one = part(swarm)
     one.order(ORDER, NOW)
     one.step(Phase.HOLD, at(swarm, 3), LEADER, NOW)
-    most = highest_price(4, agent_parameters(swarm, 2).auction.most_cost)
+    most = highest_price(4, auction_parameters(swarm).most_cost)
     one.take(told(FREE, FREE, FREE, (50.0, 4), order=ORDER._replace(giver=4)))
     assert (one.place, one.rejected) == (3, 0)
     for bids in ([(50.0, 4)], [(50.0, 4)] * 5, [FREE, FREE, FREE, (50.0, 7)], [FREE, FREE, FREE, (1.01 * most, 4)]):
@@ -186,7 +186,7 @@ def test_in_a_change_a_place_costs_the_way_from_the_old_place_half_way_through_i
 @pytest.mark.sources  # replaces compiled functions
 def test_a_place_without_a_position_costs_the_most(make_swarm):
     table = {**TABLE, "formation": {"kind": "expression", "x": "2*i", "y": "1", "assignment": "auction"}}
-    parameters = agent_parameters(make_swarm(table), 2).auction
+    parameters = auction_parameters(make_swarm(table))
 
     class Undefined:
         count = 4
@@ -206,7 +206,7 @@ def test_wherever_a_neighbour_claims_the_leader_is_it_bids(swarm, far):
     one = part(swarm)
     one.order(ORDER, NOW)
     bids = one.step(Phase.HOLD, at(swarm, 3), LeaderMotion((far, far, 1.0)), NOW)
-    most = agent_parameters(swarm, 2).auction.most_cost
+    most = auction_parameters(swarm).most_cost
     assert bids.bids[one.place].price < highest_price(4, most)
 
 

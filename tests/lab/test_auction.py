@@ -20,7 +20,7 @@ from flockwire_core.control.auction import TOLERANCE, highest_price
 from flockwire_core.domain.bids import held_place
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground.order import Order
-from flockwire_core.parameters import agent_parameters
+from flockwire_core.parameters import auction_parameters
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.plan import Plan
 from flockwire_lab.faults.file import parse_faults
@@ -195,7 +195,7 @@ def test_a_liar_that_claims_all_places_keeps_drones_where_they_are_until_the_nex
     make_swarm: Callable[..., Any], at: float
 ) -> None:
     swarm = make_swarm(AUCTION)
-    price = highest_price(4, agent_parameters(swarm, 1).auction.most_cost)
+    price = highest_price(4, auction_parameters(swarm).most_cost)
     lie = {"at": at, "kind": "false_bids", "drone": 2, "price": price, "duration": 9.0 - at}
     trace = TraceInMemory(swarm, 0)
     world = World(swarm, 0, 18.0, parse_faults({"faults": [lie]}, Plan(swarm), "test"), trace.take)

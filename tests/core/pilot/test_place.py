@@ -4,7 +4,7 @@ from math import hypot
 
 import pytest
 from flockwire_core.domain.body import Body, BodyKind
-from flockwire_core.parameters import agent_parameters
+from flockwire_core.parameters import pilot_parameters
 from flockwire_core.pilot.place import Place, climb, keep_place
 from flockwire_core.wire.phase import Phase
 from hypothesis import given
@@ -31,7 +31,7 @@ def test_a_climb_is_straight_above_its_place(position, place, vertical):
 
 @pytest.mark.parametrize(("below", "sinks"), [(0.2, False), (1.0, True)])
 def test_it_descends_only_where_nobody_is_below(make_swarm, below, sinks):
-    parameters = agent_parameters(make_swarm({"control.law": "extended"}), 1).pilot
+    parameters = pilot_parameters(make_swarm({"control.law": "extended"}), 1)
     body = Body(BodyKind.DRONE, (below, 0.0, -1.0), 0.0)
     x, _, z = Place(parameters).velocity(Phase.LANDING, (0.0, 0.0, 1.0), (body,))
     assert (x < 0.0, z) == (not sinks, -parameters.limits.vertical_speed if sinks else 0.0)
