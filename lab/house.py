@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 SUPPORT = ("bench", "model", "lab/bench", "lab/model")  # before and after the move into lab
-HIDDEN = ("build", "runs")  # ignored by git
+HIDDEN = ("build", "dist", "runs")  # ignored by git
 FLYING = ("agent", "leader", "gateway", "driver", "tello", "recorder")  # rows of the tables of processes and airframes
 TOO_COMPLEX = 10
 DEFINITION = ast.FunctionDef | ast.AsyncFunctionDef

@@ -19,12 +19,12 @@ from pathlib import Path
 from statistics import median
 from typing import Any, NamedTuple
 
-from around_cases import merged
 from flockwire_analysis.summary import summarise
 from flockwire_lab.flight import TraceInMemory
 from flockwire_lab.study.file import RandomFault, Starts, Study
 from flockwire_lab.study.variation import swarm_table, vary
 from flockwire_lab.world import World
+from settling import merged
 
 SWARM = Path(__file__).parent / "separation" / "five_tello.toml"
 DURATION, TAIL = 30.0, 0.03  # s, m

@@ -25,7 +25,6 @@ from random import Random
 from statistics import median
 from typing import Any, NamedTuple
 
-from around_cases import AREA, IDEAL, SPACING, TELLO, Table, merged
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
@@ -36,6 +35,16 @@ from flockwire_core.swarm.model import Swarm, uav
 from flockwire_lab.process import Published
 from flockwire_lab.world import World
 
+Table = dict[str, Any]
+
+TELLO: Table = {  # lag and dead time assumed, not measured
+    "airframes": {"kinematics": {"lag": 0.25, "dead_time": 0.1}},
+    "gateway": {"noise": 0.001, "latency": 0.01},
+    "limits": {"speed": 1.0},
+}
+IDEAL: Table = {"limits": {"speed": 1.5}}
+AREA = 3.5  # m, half the side of the square that starts are drawn from
+SPACING = 0.7  # m between starts, and from an obstacle's surface
 SETTLED = 0.1  # m
 DURATION = 26.0  # s
 VELOCITY = (0.2, 0.0, 0.0)  # m/s, of the leader
@@ -46,6 +55,16 @@ WAYS: dict[str, Table] = {
     "free": {"formation": {"assignment": "free"}},
     "by rank, alone": ALONE,
 }
+
+
+def merged(*tables: Table) -> Table:
+    """Return one table of all, the inner tables merged."""
+    result: Table = {}
+    for table in tables:
+        for key, value in table.items():
+            known = result.get(key)
+            result[key] = merged(known, value) if isinstance(known, dict) and isinstance(value, dict) else value
+    return result
 
 
 class Result(NamedTuple):

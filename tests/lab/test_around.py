@@ -1,4 +1,4 @@
-"""Drones get round what is in their way: families of drawn flights (lab/bench/around_cases.py), by their bars."""
+"""Drones get round what is in their way: families of drawn flights (tests/shared/around_cases.py), by their bars."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from math import dist, hypot, inf
 from typing import Any
 
 import pytest
-from around_cases import FAMILIES, IDEAL, KEPT, TELLO, Flight, merged
+from around_cases import FAMILIES, KEPT, Flight
 from flockwire_core.control.barrier import nearest_on_segment
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
@@ -21,6 +21,7 @@ from flockwire_core.wire.plan import Plan
 from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.process import Published
 from flockwire_lab.world import World
+from settling import IDEAL, TELLO, merged
 
 OFF = 0.1  # m from its place from which on a follower is off it
 EVERY = 5  # instants of 10 ms between two looks at the places

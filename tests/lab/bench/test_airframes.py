@@ -3,7 +3,7 @@
 import airframes
 import pytest
 import settling
-from around_cases import IDEAL
+from settling import IDEAL
 
 
 @pytest.mark.long

@@ -6,23 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import cos, dist, hypot, pi, sin, sqrt
 from random import Random
-from typing import Any
 
-Table = dict[str, Any]
+from settling import AREA, SPACING, TELLO, Table, merged
+
 Point = tuple[float, float]
 
 KEPT = 0.33  # m from an obstacle's surface: the default safety distance and margin
-TELLO: Table = {  # lag and dead time assumed, not measured
-    "airframes": {"kinematics": {"lag": 0.25, "dead_time": 0.1}},
-    "gateway": {"noise": 0.001, "latency": 0.01},
-    "limits": {"speed": 1.0},
-}
-IDEAL: Table = {"limits": {"speed": 1.5}}
-AREA = 3.5  # m, half the side of the square that starts are drawn from
-SPACING = 0.7  # m between starts, and from an obstacle's surface
-LEADER_ROOM = (
-    0.7  # m from the leader's path to an obstacle's surface: its own detours are tests/lab/test_leader_path.py's
-)
+LEADER_ROOM = 0.7  # m from the leader's path to an obstacle's surface: its detours are test_leader_path.py's
 
 
 @dataclass(frozen=True)
@@ -35,16 +25,6 @@ class Flight:
     detour: float = 0.0  # m, the worst deviation of the shortest detour
     forbidden: float = 0.0  # s that the place is forbidden
     way: float = 0.0  # m, the longest way from a start to its place
-
-
-def merged(*tables: Table) -> Table:
-    """Return one table of all, the inner tables merged."""
-    result: Table = {}
-    for table in tables:
-        for key, value in table.items():
-            known = result.get(key)
-            result[key] = merged(known, value) if isinstance(known, dict) and isinstance(value, dict) else value
-    return result
 
 
 def issue(number: int, airframe: Table) -> Flight:
