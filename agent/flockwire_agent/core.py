@@ -75,7 +75,7 @@ class AgentCore:
             **{Key("pose", uav(j)): self._neighbourhood.take_pose(j) for j in neighbours},
             **{Key("estimate", uav(j)): self._neighbourhood.take_estimate(j) for j in neighbours},
             **({Key("bids", uav(j)): self._auction.take for j in neighbours if j} if self._auction else {}),
-            **pilot.take,
+            **pilot.handlers,
         }
 
     def receive(self, key: Key, message: Message, now: int) -> None:
@@ -92,13 +92,12 @@ class AgentCore:
         """Observe, decide, command: what to publish at `now`."""
         pilot, neighbourhood = self._pilot, self._neighbourhood
         estimates = neighbourhood.update(now)
-        missing = () if len(estimates) == len(neighbourhood) else neighbourhood.missing(now)
         silence = neighbourhood.silence(now, pilot.born)
         leader_down = neighbourhood.leading is Leading.IS_DOWN
         failure = self._law.failure.text if self._law.failure is not None else ""
         if not failure and neighbourhood.agreement.contradicted:
             failure = neighbourhood.agreement.reason(now)
-        phase = pilot.observe(now, silence, missing, failure, neighbourhood.positions, leader_down)
+        phase = pilot.observe(now, silence, neighbourhood.missing, failure, neighbourhood.positions, leader_down)
         if self._auction is None:
             self._refer(phase)
         else:

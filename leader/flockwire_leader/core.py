@@ -49,7 +49,7 @@ class FlyingLeader:
         if self._teleoperation is not None and isinstance(message, Command):
             self._teleoperation.take(message)
             return
-        take = self._pilot.take.get(key)
+        take = self._pilot.handlers.get(key)
         if take is not None:
             take(message)
 

@@ -67,12 +67,10 @@ class Neighbourhood:
         self.origin = 0  # of the newest data of the leader
         self.hops = 0
         self.leading = Leading.UNKNOWN
+        self.missing: tuple[int, ...] = ()  # those without a valid estimate at the last update
         self.agreement = Agreement(bound)
         self._compares, self._closer = isfinite(bound), closer
         self._speed, self._strayed = speed, False
-
-    def __len__(self) -> int:
-        return len(self._neighbours)
 
     def leave_out(self, drones: Container[int]) -> None:
         """Ignore `drones` until called again."""
@@ -123,12 +121,14 @@ class Neighbourhood:
         is removed from the sum, and so is one that contradicts the others.
         """
         oldest, oldest_origin = now - self._drop_after, now - self._origin_limit
-        found = []
+        found, missing = [], []
         for j, neighbour in self._neighbours.items():
             stamp, motion = neighbour.stamp, neighbour.motion
             if stamp < oldest or motion is None or neighbour.origin < oldest_origin:
-                continue
-            found.append(NeighbourEstimate(j, neighbour.weight, stamp, motion))
+                missing.append(j)
+            else:
+                found.append(NeighbourEstimate(j, neighbour.weight, stamp, motion))
+        self.missing = tuple(missing)
         if self._compares and len(found) > 1:
             found = self.agreement.kept(found, now)
         elif self.agreement.contradicted:
@@ -148,18 +148,14 @@ class Neighbourhood:
         return found
 
     def _leading(self, now: int) -> Leading:
-        """Return the state in the leader's own status; without a fresh one the leader counts as down."""
-        if self._carried:
-            return self._by_pose(self._neighbours[LEADER].stamp, now)
-        if not self._leader_stamp:
-            return Leading.UNKNOWN
-        silent = now - self._leader_stamp > self._leader_limit
-        return Leading.IS_DOWN if silent else self._neighbours[LEADER].leading
-
-    def _by_pose(self, stamp: int, now: int) -> Leading:
+        """Return the state in the leader's own status, or by the pose of a carried one; if that is old, it is down."""
+        leader = self._neighbours[LEADER]
+        stamp = leader.stamp if self._carried else self._leader_stamp
         if not stamp:
             return Leading.UNKNOWN
-        return Leading.IS_DOWN if now - stamp > self._leader_limit else Leading.LEADS
+        if now - stamp > self._leader_limit:
+            return Leading.IS_DOWN
+        return Leading.LEADS if self._carried else leader.leading
 
     def silence(self, now: int, since: int) -> float:
         """Return the age, s, of the newest data of the leader; without any, the time since `since`."""
@@ -168,11 +164,6 @@ class Neighbourhood:
     def oldest(self, now: int) -> float:
         """Return the largest age, s, of a neighbour's data; NEVER if one has not sent any."""
         return max((age(neighbour.stamp, now) for neighbour in self._neighbours.values()), default=NEVER)
-
-    def missing(self, now: int) -> tuple[int, ...]:
-        """Return the neighbours without a valid estimate."""
-        oldest, oldest_origin = now - self._drop_after, now - self._origin_limit
-        return tuple(j for j, one in self._neighbours.items() if one.stamp < oldest or one.origin < oldest_origin)
 
     def positions(self) -> list[Vector]:
         """Return the neighbours' known positions (m, world frame)."""

@@ -5,7 +5,7 @@ A follower's agent and the flying leader use it; only the desired velocity in fo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Final
 
 from flockwire_core.control.airframe.disturbance import DisturbedAirframe
@@ -32,6 +32,7 @@ from flockwire_core.wire.keys import STOP, Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import CORNERED, Reason, Report, counted
 
+NO_TELEMETRY: Final = Telemetry(0, "", FlightState.GROUNDED, 1.0, 0.0, -1.0)  # before the first
 AIRBORNE: Final = frozenset({FlightState.FLYING, FlightState.LANDING})
 NO_WAY: Final = Reason(CORNERED, "no velocity within its limits avoids a person", "keep persons away from it")
 DRIVER_LOST = 10.0  # s of silence after which a driver counts as dead
@@ -57,13 +58,10 @@ class Pilot:
         self._parameters, self._limits = parameters, parameters.limits
         self._reactions = Reactions(parameters.limits, parameters.driver)
         self._found: dict[str, Reason] = {}  # the reasons for the reactions of this step
-        self._sensing, self._ground = parameters.sensing, parameters.ground
-        self._command_zero = parameters.limits.staleness.command_zero
         self.flight = FlightPhases(now)
         self.motion: Motion | None = None
         self.bodies: Sequence[Body] = ()
         self.stamp, self.dt = now, 0.0
-        self._frame, self._room = parameters.frame, parameters.room
         self._command_key = Key("command", uav(number))
         self._guard = Guard(parameters.guard) if parameters.guard is not None else None
         self._off_place = OffPlace(parameters.room, parameters.checks)
@@ -72,12 +70,12 @@ class Pilot:
         self._body = TrackedBody(parameters, self._airframe, now)
         self._surroundings = Surroundings(parameters.sensing, parameters.obstacles)
         self._pose: Pose | None = None
-        self._telemetry: Telemetry | None = None
+        self._telemetry = NO_TELEMETRY
         self._place = Place(parameters)  # the place of hold or take-off
         self._stepped = now
         self._woke = self._retired = self._down_since = 0  # when a pause, it and the leader ended, Unix ns; 0: never
         self._waited = self._stood = 0.0  # s that this landing has waited for poses, and had poses on the ground
-        self.take: dict[Key, Callable[[Any], None]] = {  # handlers of messages, by key
+        self.handlers: dict[Key, Callable[[Any], None]] = {  # of messages, by key
             self.pose_key: self._take_pose,
             Key("nearby", uav(number)): self._surroundings.take_nearby,
             Key("telemetry", uav(number)): self._take_telemetry,
@@ -107,9 +105,8 @@ class Pilot:
         values = self._values(now, pause, silence, leader_down, len(missing), bool(failure))
         self._found = found = self._reactions.find(values, was, failure, missing)
         self.stamp, fresh = command_stamp(pose, now, self._limits.staleness.pose_zero)
-        airborne = self._telemetry is not None and self._telemetry.state in AIRBORNE
         high = pose is not None and self._place.is_high(pose.position)
-        phase = self.flight.update(now, airborne, high, found)
+        phase = self.flight.update(now, self._telemetry.state in AIRBORNE, high, found)
         if phase is not was:  # a new phase has its own place
             self._place.forget()
             self._waited = self._stood = 0.0
@@ -141,7 +138,7 @@ class Pilot:
         self._wanted = wanted
         velocity = self._velocity(wanted, motion, now) if motion is not None else self._blind_velocity(now)
         velocity = self._airframe.command(velocity, (now - self.born) / SECOND)
-        return [(self._command_key, Command(self.stamp, self._frame, velocity, 0.0))]
+        return [(self._command_key, Command(self.stamp, self._parameters.frame, velocity, 0.0))]
 
     def report(
         self, now: int, formation_error: float = -1.0, estimate_age: float = -1.0, place: Vector | None = None
@@ -150,39 +147,43 @@ class Pilot:
 
         `place` is that in the formation, m, None if unknown.
         """
-        pose, telemetry, detail = self._pose, self._telemetry, self.flight.reason.text
-        reasons: tuple[Reason, ...] = (foreign(self._body.why),) if self._body.why else ()
-        if self.flight.phase is not Phase.FORMATION or self.motion is None:
-            self._off_place.forget()
-        elif not detail:
-            position, given = self.motion.position, self._airframe.last_command
-            taken = None
-            if place is not None:
-                taken = no_place(place, position, self.bodies, self._parameters.separation, self._room)
-            reasons = self._off_place.reasons(formation_error, position, self._wanted, given, now, taken)
-        counts = (*self.flight.orders.counts, *counted(("poses refused", self._body.refused)))
-        guard = self._guard
-        if guard is not None and guard.cornered:
-            counts = (*counts, (CORNERED, guard.cornered))
-            if guard.is_cornered and self.flight.phase in IN_FLIGHT:
-                reasons = (*reasons, NO_WAY)
-        if self._place.crowded and self.flight.phase is Phase.LANDING:
-            reasons = (*reasons, CROWDED)
+        pose, telemetry, flight = self._pose, self._telemetry, self.flight
+        counts = (*flight.orders.counts, *counted(("poses refused", self._body.refused)))
+        if self._guard is not None and self._guard.cornered:
+            counts = (*counts, (CORNERED, self._guard.cornered))
         return Report(
-            self.flight.phase, detail, formation_error,
-            (now - pose.stamp) / SECOND if pose is not None else -1.0,
+            flight.phase, flight.reason.text, formation_error,
+            shown(age(pose.stamp, now)) if pose is not None else -1.0,
             estimate_age,
             shown(age(self._surroundings.stamp, now)),
-            (now - telemetry.stamp) / SECOND if telemetry is not None else -1.0,
-            telemetry.battery if telemetry is not None else -1.0,
-            self.flight.mission,
+            shown(age(telemetry.stamp, now)),
+            telemetry.battery if telemetry.stamp else -1.0,
+            flight.mission,
             counts=counts,
             position=pose.position if pose is not None else None,
-            concurrent=self.flight.orders.concurrent,
-            order_age=self.flight.orders.age(now),
-            reasons=reasons,
-            code=self.flight.reason.code,
+            concurrent=flight.orders.concurrent,
+            order_age=flight.orders.age(now),
+            reasons=tuple(self._reasons(now, formation_error, place)),
+            code=flight.reason.code,
         )  # fmt: skip
+
+    def _reasons(self, now: int, formation_error: float, place: Vector | None) -> Iterator[Reason]:
+        """Yield what else the status reports, besides the reason of the phase."""
+        phase, motion, guard = self.flight.phase, self.motion, self._guard
+        if phase is not Phase.FORMATION or motion is None:
+            self._off_place.forget()
+        if self._body.why:
+            yield foreign(self._body.why)
+        elif phase is Phase.FORMATION and motion is not None:
+            room, given = self._parameters.room, self._airframe.last_command
+            taken = None
+            if place is not None:
+                taken = no_place(place, motion.position, self.bodies, self._parameters.separation, room)
+            yield from self._off_place.reasons(formation_error, motion.position, self._wanted, given, now, taken)
+        if guard is not None and guard.is_cornered and phase in IN_FLIGHT:
+            yield NO_WAY
+        if self._place.crowded and phase is Phase.LANDING:
+            yield CROWDED
 
     def _values(
         self, now: int, pause: int, silence: float, leader_down: bool, missing: int, failure: bool
@@ -192,9 +193,8 @@ class Pilot:
         down = leader_down and mission is not None and mission.in_formation and self.flight.phase in IN_FLIGHT
         self._down_since = (self._down_since or now) if down else 0
         pose_age = age(pose.stamp, now) if pose is not None else NEVER
-        telemetry_age = age(telemetry.stamp, now) if telemetry is not None else NEVER
-        state = telemetry.state if telemetry is not None else None
-        low = pose is not None and pose.position[2] <= self._ground + STANDS
+        telemetry_age, state = age(telemetry.stamp, now), telemetry.state
+        low = pose is not None and pose.position[2] <= self._parameters.ground + STANDS
         if low and self.flight.phase is Phase.LANDING:
             self._stood += self.dt
         return [
@@ -207,10 +207,10 @@ class Pilot:
             silence,
             _lasting(self._down_since, now),
             float(missing),
-            age(self._surroundings.stamp, now) if self._sensing else 0.0,
+            age(self._surroundings.stamp, now) if self._parameters.sensing else 0.0,
             telemetry_age,
-            telemetry.battery if telemetry is not None else 1.0,
-            self._room.outside(pose.position) if pose is not None else 0.0,
+            telemetry.battery,
+            self._parameters.room.outside(pose.position) if pose is not None else 0.0,
             1.0 if state is FlightState.LANDING else 0.0,
             pause / SECOND,
             (now - self._woke) / SECOND,
@@ -225,10 +225,7 @@ class Pilot:
 
     def may_end(self, now: int) -> bool:
         """Return whether the drone is down, or its driver has been silent for long and obeys no more."""
-        if self._telemetry is None:
-            return True
-        silent = (now - self._telemetry.stamp) / SECOND > DRIVER_LOST
-        return silent or self._telemetry.state not in AIRBORNE
+        return self._telemetry.state not in AIRBORNE or age(self._telemetry.stamp, now) > DRIVER_LOST
 
     def _measure(self, pose: Pose, phase: Phase, now: int) -> Motion:
         """Return the motion at `now` by a fresh `pose`; learn the disturbance of the airframe where it flies freely.
@@ -239,9 +236,9 @@ class Pilot:
         airframe, learned = self._airframe, LEARNED.get(phase)
         if phase not in IN_FLIGHT:
             airframe.reset()
-        elif phase is Phase.LANDING and pose.position[2] < self._ground + LOW:
+        elif phase is Phase.LANDING and pose.position[2] < self._parameters.ground + LOW:
             learned = VERTICAL
-        if not obeys(self._telemetry, self._command_zero):
+        if not obeys(self._telemetry, self._limits.staleness.command_zero):
             learned = None
         seen = (pose.stamp - self.born) / SECOND  # small enough for a float with nanoseconds
         return airframe.measure(pose.position, seen, (now - self.born) / SECOND, learned)
@@ -261,7 +258,7 @@ class Pilot:
         if self._guard is not None:
             last, seen = self._airframe.last_command, self._surroundings.stamp or self.stamp
             return self._guard.velocity(wanted, motion, self.bodies, seen, now, last, self.dt, speed, grounding)
-        return wanted if grounding else limit(self._room.inwards(wanted, position), speed)
+        return wanted if grounding else limit(self._parameters.room.inwards(wanted, position), speed)
 
     def _blind_velocity(self, now: int) -> Vector:
         """Return the velocity command without a fresh pose: straight down in a landing, or beneath a body, else zero.

@@ -122,20 +122,15 @@ TABLE: Final = (
 )
 
 
-class _Rule:
-    """A row with the place of its input, and its limit for one drone."""
-
-    def __init__(self, row: Row, limits: Limits) -> None:
-        self.row: Final = row
-        self.place: Final[int] = list(INPUTS).index(row.input)
-        self.limit: Final[float] = attrgetter(row.limit)(limits) if isinstance(row.limit, str) else row.limit
-
-
 class Reactions:
     """Applies the table with the `limits` of a drone; `driver` are the processes that drive it."""
 
     def __init__(self, limits: Limits, driver: str) -> None:
-        self._rules = [_Rule(row, limits) for row in TABLE]
+        places = {name: place for place, name in enumerate(INPUTS)}
+        self._rows: list[tuple[Row, int, float]] = [
+            (row, places[row.input], attrgetter(row.limit)(limits) if isinstance(row.limit, str) else row.limit)
+            for row in TABLE
+        ]
         self._driver = driver
 
     def find(
@@ -146,13 +141,11 @@ class Reactions:
         `failure` is that of the law; the neighbours `missing` have no valid estimate.
         """
         found: dict[str, Reason] = {}
-        for rule in self._rules:
-            value, row = values[rule.place], rule.row
-            beyond = value < rule.limit if row.below else value > rule.limit
+        for row, place, limit in self._rows:
+            value = values[place]
+            beyond = value < limit if row.below else value > limit
             if beyond and row.reaction not in found and phase in row.phases:
                 names = ", ".join(["the leader's pose" if j == 0 else f"{uav(j)}'s estimate" for j in missing])
-                text = row.text.format(
-                    value=value, limit=rule.limit, driver=self._driver, missing=names, failure=failure
-                )
+                text = row.text.format(value=value, limit=limit, driver=self._driver, missing=names, failure=failure)
                 found[row.reaction] = Reason(row.code, text)
         return found

@@ -37,9 +37,9 @@ REPEATS: Final = "stands still, bit for bit, though it moved or is commanded to"
 EXAMINE: Final = "examine tracker and airframe before the next start"
 
 
-def obeys(telemetry: Telemetry | None, zero: float) -> bool:
+def obeys(telemetry: Telemetry, zero: float) -> bool:
     """Return whether a drone flies by its commands: its driver got one less than `zero` s ago."""
-    return telemetry is not None and telemetry.state is FlightState.FLYING and telemetry.command_age <= zero
+    return telemetry.state is FlightState.FLYING and telemetry.command_age <= zero
 
 
 def foreign(why: str) -> Reason:
@@ -122,13 +122,13 @@ class TrackedBody:
             return f"turned by {degrees(2.0 * acos(cosine)):.0f} degrees"
         return ""
 
-    def look(self, motion: Motion | None, telemetry: Telemetry | None, phase: Phase, now: int) -> None:
+    def look(self, motion: Motion | None, telemetry: Telemetry, phase: Phase, now: int) -> None:
         """Compare with the commands at `now` (Unix ns); `motion` is None without a fresh pose."""
         gap, self._looked, self.due = now - self._looked, now, now + PERIOD
         if phase not in IN_FLIGHT:
             self.why, self.drifted = "", False
         examined = phase in IN_FLIGHT and not self.why and 0 < gap <= LONGEST_GAP
-        if not examined or motion is None or telemetry is None or now - telemetry.stamp > AGE * SECOND:
+        if not examined or motion is None or now - telemetry.stamp > AGE * SECOND:
             self._residual.reset()
             self._residual.forget_heights()
             self._apart = 0

@@ -83,7 +83,7 @@ class ExcitationCore:
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Receive a message of its drone; orders are ignored."""
-        take = self._pilot.take.get(key)
+        take = self._pilot.handlers.get(key)
         if take is not None:
             take(message)
         if isinstance(message, Telemetry):

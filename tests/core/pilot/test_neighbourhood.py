@@ -50,14 +50,14 @@ def test_another_neighbours_pose_is_no_estimate(chained):
     chained.take_pose(1)(Pose(T, "world", A))
     assert said(chained, T) == []
     assert chained.positions() == [A]
-    assert chained.missing(T) == (1,)
+    assert chained.missing == (1,)
 
 
 def test_a_stale_neighbour_leaves_and_comes_back():
     found, later = both(), T + SECOND // 2
     found.take_pose(0)(Pose(later, "world", B))
     assert said(found, later) == [(2.0, B)]
-    assert found.missing(later) == (1,)
+    assert found.missing == (1,)
     found.take_estimate(1)(estimate(later, A))
     assert said(found, later) == [(2.0, B), (1.0, A)]
 
@@ -68,7 +68,7 @@ def test_old_news_does_not_get_younger_by_being_passed_on(chained):
     for now in range(T, T + 3 * SECOND, SECOND // 10):
         chained.take_estimate(1)(estimate(now, origin=T))
         assert bool(chained.update(now)) == (now <= T + limit)
-        assert (chained.missing(now) == ()) == (now <= T + limit)
+        assert (chained.missing == ()) == (now <= T + limit)
         assert chained.silence(now, T) == (now - T) / SECOND
 
 
@@ -83,7 +83,7 @@ def test_news_from_the_future_of_the_estimate_is_as_old_as_the_estimate(chained)
 def test_an_estimate_without_an_origin_is_no_news(chained):
     chained.take_estimate(1)(estimate(T, origin=0))
     assert chained.update(T) == []
-    assert chained.missing(T) == (1,)
+    assert chained.missing == (1,)
     assert chained.silence(T + SECOND, T) == 1.0
 
 
@@ -117,7 +117,7 @@ def test_news_that_circles_in_a_loop_does_not_win_over_newer_news():
         found.take_estimate(2)(estimate(now, origin=found.origin or T, hops=found.hops + 1))
         found.update(now)
     assert found.origin == T
-    assert found.missing(now) == (1, 2)
+    assert found.missing == (1, 2)
 
 
 def three(**more):
