@@ -68,30 +68,19 @@ class OffPlace:
         m/s. A drone is off its place if it was further from it than `checks.formation_tail` for `checks.off_place`, or
         for `checks.settle_within` before its first arrival.
         """
-        held = self._held(position, wanted, given, now)
-        if placeless is not None:
-            self._off_since = 0
-            return (*((AT_THE_FENCE,) if held else ()), placeless)
-        off = self._off(error, now)
-        return (*((AT_THE_FENCE,) if held else ()), *off)
-
-    def _off(self, error: float, now: int) -> tuple[Reason, ...]:
-        if error <= self._within:
-            self._settled = self._settled or error >= 0.0
-            self._off_since = 0
-            return ()
-        self._off_since = self._off_since or now
+        off, found = placeless is None and error > self._within, []
+        self._settled = self._settled or (placeless is None and 0.0 <= error <= self._within)
+        self._off_since = (self._off_since or now) if off else 0
+        held = _towards_wall(self._room, position, subtract(wanted, given))
+        self._held_since = (self._held_since or now) if held else 0
         longest = self._off_limit if self._settled else self._settling_limit
-        if now - self._off_since <= longest:
-            return ()
-        return (Reason(OFF, f"off its place for more than {longest / SECOND:g} s"),)
-
-    def _held(self, position: Vector, wanted: Vector, given: Vector, now: int) -> bool:
-        if not _towards_wall(self._room, position, subtract(wanted, given)):
-            self._held_since = 0
-            return False
-        self._held_since = self._held_since or now
-        return now - self._held_since >= HELD_FOR
+        if held and now - self._held_since >= HELD_FOR:
+            found.append(AT_THE_FENCE)
+        if placeless is not None:
+            found.append(placeless)
+        elif off and now - self._off_since > longest:
+            found.append(Reason(OFF, f"off its place for more than {longest / SECOND:g} s"))
+        return tuple(found)
 
 
 def _towards_wall(room: Room, position: Vector, lacking: Vector) -> bool:

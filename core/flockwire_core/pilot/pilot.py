@@ -69,7 +69,6 @@ class Pilot:
         self._airframe = _make_airframe(parameters)
         self._body = TrackedBody(parameters, self._airframe, now)
         self._surroundings = Surroundings(parameters.sensing, parameters.obstacles)
-        self._pose: Pose | None = None
         self._telemetry = NO_TELEMETRY
         self._place = Place(parameters)  # the place of hold or take-off
         self._stepped = now
@@ -101,7 +100,7 @@ class Pilot:
         self.dt = min(pause / SECOND, LONGEST_STEP)
         if pause > PAUSE:
             self._woke = now
-        pose, was = self._pose, self.flight.phase
+        pose, was = self._body.last, self.flight.phase
         values = self._values(now, pause, silence, leader_down, len(missing), bool(failure))
         self._found = found = self._reactions.find(values, was, failure, missing)
         self.stamp, fresh = command_stamp(pose, now, self._limits.staleness.pose_zero)
@@ -147,7 +146,7 @@ class Pilot:
 
         `place` is that in the formation, m, None if unknown.
         """
-        pose, telemetry, flight = self._pose, self._telemetry, self.flight
+        pose, telemetry, flight = self._body.last, self._telemetry, self.flight
         counts = (*flight.orders.counts, *counted(("poses refused", self._body.refused)))
         if self._guard is not None and self._guard.cornered:
             counts = (*counts, (CORNERED, self._guard.cornered))
@@ -189,7 +188,7 @@ class Pilot:
         self, now: int, pause: int, silence: float, leader_down: bool, missing: int, failure: bool
     ) -> list[float]:
         """Return the values of the INPUTS at `now` (Unix ns), in their order."""
-        mission, pose, telemetry = self.flight.mission, self._pose, self._telemetry
+        mission, pose, telemetry = self.flight.mission, self._body.last, self._telemetry
         down = leader_down and mission is not None and mission.in_formation and self.flight.phase in IN_FLIGHT
         self._down_since = (self._down_since or now) if down else 0
         pose_age = age(pose.stamp, now) if pose is not None else NEVER
@@ -272,12 +271,12 @@ class Pilot:
         if phase not in IN_FLIGHT:
             airframe.reset()  # what was learned in flight would take off again
             return ZERO
-        beneath, seen_at = is_beneath(self.bodies, separation), self._pose.stamp if self._pose is not None else 0
+        beneath, last = is_beneath(self.bodies, separation), self._body.last
         if phase is not Phase.LANDING and not beneath:
             return ZERO
         patience = stale.command_land if beneath else max(stale.pose_land, stale.command_land)
-        waits = 0 <= now - seen_at <= nanoseconds(patience) and self._waited <= patience and not self._stood
-        waits = waits and is_above(self.bodies, separation)
+        waits = last is not None and now - last.stamp <= nanoseconds(patience) and self._waited <= patience
+        waits = waits and not self._stood and is_above(self.bodies, separation)
         if waits and phase is not Phase.LANDING:
             return ZERO
         if self._stood:
@@ -290,9 +289,7 @@ class Pilot:
         return (0.0, 0.0, min(0.0, airframe.disturbance[2]))  # the wind that it compensates may have ended
 
     def _take_pose(self, pose: Pose) -> None:
-        if self._body.take(pose, self.flight.phase):
-            self._pose = pose
-        else:
+        if not self._body.take(pose, self.flight.phase):
             self._surroundings.drop(pose.stamp)
 
     def _take_telemetry(self, telemetry: Telemetry) -> None:

@@ -71,11 +71,8 @@ class TrackedBody:
         self.why, self.refused, self.drifted = "", 0, False
         self.due, self.sunk, self.stops = 0, 0.0, 0.0
         self.last: Pose | None = None
-        self._wind, self._slowness = (
-            max(limits.body_drift, parameters.disturbance),
-            parameters.lag + parameters.dead_time,
-        )
-        self._residual = MotionResidual(self._wind, self._slowness)
+        self._wind = max(limits.body_drift, parameters.disturbance)
+        self._residual = MotionResidual(self._wind, parameters.lag + parameters.dead_time)
         self._airframe, self._born = airframe, born
         self._zero = limits.staleness.command_zero
         self._coasting = max(self._zero, limits.staleness.pose_zero)  # s without poses until the drone is stopped
