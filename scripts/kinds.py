@@ -25,12 +25,7 @@ HOMONYMS = {  # words that mean something else there
     ("core/flockwire_core/swarm/gateway.py", "ros"),  # a source of poses
     ("mocap_gateway/flockwire_mocap/core.py", "ros"),
     ("core/flockwire_core/swarm/leader.py", "ros"),  # a kind of leader
-    ("core/flockwire_core/wire/address_rules.py", "ros"),  # tables of the swarm file
-    ("core/flockwire_core/swarm/ros_rules.py", "ros"),
-    ("core/flockwire_core/swarm/ros_rules.py", "leader"),
-    ("core/flockwire_core/swarm/ros_rules.py", "gateway"),
     ("operator/flockwire_operator/station/idle_options.py", "ros"),  # a source of poses
-    ("core/flockwire_core/swarm/reading.py", "leader"),  # a table of the swarm file
     ("core/flockwire_core/loading.py", "leader"),
     ("operator/flockwire_operator/station/initial.py", "leader"),
     ("operator/flockwire_operator/station/answers.py", "leader"),

@@ -4,106 +4,73 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from operator import attrgetter
-from typing import NamedTuple
 
+from flockwire_core.swarm.gateway import Gateway
 from flockwire_core.swarm.model import Swarm
+from flockwire_core.swarm.wording import shown
+
+Reason = Callable[[Swarm], str]  # what a file has that makes options idle; empty: nothing
 
 
-class Idle(NamedTuple):
-    """If `when` is true (the file has `because`), `options` have no effect."""
-
-    because: str
-    when: Callable[[Swarm], bool]
-    options: tuple[str, ...]
+def _is(key: str, *values: object) -> Reason:
+    """Return the reason that `key` has one of `values`."""
+    return lambda swarm: f"{key} = {shown(value)}" if (value := attrgetter(key)(swarm)) in values else ""
 
 
-def _of_source(source: str) -> Idle:
-    """Return the row for the table of one gateway.source."""
-    because = f"another gateway.source than {source!r}"
-    return Idle(because, lambda swarm: swarm.gateway.source != source, (f"gateway.{source}",))
+def _is_not(key: str, *values: object) -> Reason:
+    """Return the reason that `key` has none of `values`."""
+    return lambda swarm: f"{key} = {shown(value)}" if (value := attrgetter(key)(swarm)) not in values else ""
 
 
-IDLE = (
-    Idle(
-        "control.law = 'extended'",
-        lambda swarm: swarm.control.law == "extended",
-        (
-            "control.compensation_gain",
-            "control.compensation_smoothing",
-            "observer.step",
-            "observer.velocity_time_constant",
-        ),
-    ),
-    Idle(
-        "control.law = 'extended' with its safety filter",
-        lambda swarm: swarm.control.law == "extended" and swarm.control.filtered,
-        ("avoidance.drone_gain", "avoidance.obstacle_gain", "avoidance.drone_influence_radius"),
-    ),
-    Idle("control.law = 'paper'", lambda swarm: swarm.control.law == "paper", ("observer.leader_time_constant",)),
-    Idle(
-        "control.law = 'paper' without a safety filter",
-        lambda swarm: swarm.control.law == "paper" and not swarm.control.filtered,
-        ("avoidance.sidestep_reach",),
-    ),
-    Idle(
-        "no safety filter",
-        lambda swarm: not swarm.control.filtered,
-        ("avoidance.barrier_rate", "avoidance.margin", "limits.floor", "control.disturbance"),
-    ),
-    Idle(
-        "avoidance.sensing = 'neighbours'",
-        lambda swarm: swarm.avoidance.sensing == "neighbours",
-        ("avoidance.sensing_radius", "limits.staleness.nearby_slow", "limits.staleness.nearby_hold"),
-    ),
-    Idle(
-        "avoidance.sensing = 'neighbours', and no airframe with a driver of its own",
-        lambda swarm: swarm.avoidance.sensing == "neighbours" and not swarm.driven,
-        ("limits.blind_speed",),
-    ),
-    Idle("no simulated drone", lambda swarm: not swarm.simulated, ("wind.velocity", "wind.gust")),
-    Idle("network.security = 'none'", lambda swarm: swarm.network.security == "none", ("network.link",)),
-    Idle(
-        "a leader that is not steered",
-        lambda swarm: not swarm.leader.steered,
-        ("leader.acceleration", "limits.staleness.steering_stop"),
-    ),
-    Idle("a leader that is not steered or carried", lambda swarm: not swarm.leader.unforeseen, ("leader.speed",)),
-    Idle(
-        "a leader of another kind than 'trajectory'",
-        lambda swarm: swarm.leader.kind != "trajectory",
-        ("leader.tracking_gain",),
-    ),
-    Idle("a leader of another kind than 'virtual'", lambda swarm: swarm.leader.kind != "virtual", ("leader.start",)),
-    Idle("a leader that is steered", lambda swarm: swarm.leader.steered, ("leader.trajectory",)),
-    Idle("another leader.kind than 'ros'", lambda swarm: not swarm.leader.follows_ros, ("leader.ros",)),
-    Idle(
-        "gateway.source = 'simulated'",
-        lambda swarm: swarm.gateway.source == "simulated",
-        ("gateway.rotation", "gateway.offset"),
-    ),
-    Idle(
-        "a gateway.source that a simulated tracker cannot serve",
-        lambda swarm: not swarm.gateway.simulates_tracker,
-        ("gateway.twin",),
-    ),
-    *(_of_source(source) for source in ("natnet", "vrpn", "qualisys", "vicon", "ros", "replay")),
-    Idle("gateway.ros.array", lambda swarm: swarm.gateway.ros.array is not None, ("gateway.ros.topic",)),
-    Idle("no gateway.ros.array", lambda swarm: swarm.gateway.ros.array is None, ("gateway.ros.bodies",)),
-    Idle(
-        "gateway.natnet.multicast = false",
-        lambda swarm: not swarm.gateway.natnet.multicast,
-        ("gateway.natnet.group", "gateway.natnet.data_port"),
-    ),
-)
+def _if(text: str, holds: Callable[[Swarm], object]) -> Reason:
+    """Return the reason `text`, where it `holds`."""
+    return lambda swarm: text if holds(swarm) else ""
+
+
+def _both(one: Reason, other: Reason) -> Reason:
+    """Return the reason that both are given."""
+    return lambda swarm: f"{one(swarm)}, and {other(swarm)}" if one(swarm) and other(swarm) else ""
+
+
+FILTER = _if("a safety filter", lambda swarm: swarm.control.filtered)
+NO_FILTER = _if("no safety filter", lambda swarm: not swarm.control.filtered)
+NOT_SENSING = _is("avoidance.sensing", "neighbours")
+IDLE: tuple[tuple[Reason, tuple[str, ...]], ...] = (  # options, and the reason for which they have no effect
+    (_is("control.law", "extended"), ("control.compensation_gain", "control.compensation_smoothing", "observer.step",
+                                      "observer.velocity_time_constant")),
+    (_both(_is("control.law", "extended"), FILTER),
+     ("avoidance.drone_gain", "avoidance.obstacle_gain", "avoidance.drone_influence_radius")),
+    (_is("control.law", "paper"), ("observer.leader_time_constant",)),
+    (_both(_is("control.law", "paper"), NO_FILTER), ("avoidance.sidestep_reach",)),
+    (NO_FILTER, ("avoidance.barrier_rate", "avoidance.margin", "limits.floor", "control.disturbance")),
+    (NOT_SENSING,
+     ("avoidance.sensing_radius", "limits.staleness.nearby_slow", "limits.staleness.nearby_hold")),
+    (_both(NOT_SENSING, _if("no airframe with a driver of its own", lambda swarm: not swarm.driven)),
+     ("limits.blind_speed",)),
+    (_if("no simulated drone", lambda swarm: not swarm.simulated), ("wind.velocity", "wind.gust")),
+    (_is("network.security", "none"), ("network.link",)),
+    (_is_not("leader.kind", "teleoperated", "ros"), ("leader.acceleration", "limits.staleness.steering_stop")),
+    (_is_not("leader.kind", "teleoperated", "ros", "tracked"), ("leader.speed",)),
+    (_is_not("leader.kind", "trajectory"), ("leader.tracking_gain",)),
+    (_is_not("leader.kind", "virtual"), ("leader.start",)),
+    (_is("leader.kind", "teleoperated", "ros"), ("leader.trajectory",)),
+    (_is_not("leader.kind", "ros"), ("leader.ros",)),
+    (_is("gateway.source", "simulated"), ("gateway.rotation", "gateway.offset")),
+    (_is_not("gateway.source", *Gateway.twins), ("gateway.twin",)),
+    *((_is_not("gateway.source", source), (f"gateway.{source}",))
+      for source in ("natnet", "vrpn", "qualisys", "vicon", "ros", "replay")),
+    (_if("no gateway.ros.array", lambda swarm: swarm.gateway.ros.array is None), ("gateway.ros.bodies",)),
+    (_is_not("gateway.ros.array", None), ("gateway.ros.topic",)),
+    (_is("gateway.natnet.multicast", False), ("gateway.natnet.group", "gateway.natnet.data_port")),
+)  # fmt: skip
 
 
 def idle(swarm: Swarm) -> Iterator[str]:
     """Yield a line for each set option without effect."""
-    for row in IDLE:
-        if row.when(swarm):
-            for option in row.options:
-                if _is_set(swarm, option):
-                    yield f"{option} is set but has no effect: the file has {row.because}"
+    for reason, options in IDLE:
+        for option in options:
+            if (because := reason(swarm)) and _is_set(swarm, option):
+                yield f"{option} is set but has no effect: the file has {because}"
 
 
 def _is_set(swarm: Swarm, option: str) -> bool:
