@@ -71,37 +71,32 @@ def read_toml(path: Path, what: str, refusal: type[ValueError]) -> dict[str, Any
         raise refusal(f"{path}: {TOO_DEEP}") from None
     except ValueError as error:  # a number of more digits than Python reads
         raise refusal(f"{path}: not TOML: {error}") from None
-    if _depth(table) > DEEPEST:
-        raise refusal(f"{path}: {TOO_DEEP}")
-    if lines := [f"{path}: {wrong}: {CONTROLS}" for wrong in _with_controls(table)]:
-        raise refusal("\n".join(lines))
+    if lines := _flaws(table):
+        raise refusal("\n".join(f"{path}: {line}" for line in lines))
     return table
 
 
-def _depth(table: dict[str, Any]) -> int:
-    """Return how many tables and lists lie in each other, up to one more than DEEPEST."""
-    depth, level = 0, [table.values()]
-    while level and depth <= DEEPEST:
-        depth += 1
-        inner = [one for values in level for one in values if isinstance(one, dict | list)]
-        level = [one.values() if isinstance(one, dict) else one for one in inner]  # type: ignore[misc]
-    return depth
+def _flaws(table: dict[str, Any]) -> list[str]:
+    """Return that `table` is too deep, or a line for each key and text of it with control characters."""
+    lines = []
+    for key, name, value, depth in _nodes(table):
+        if depth == DEEPEST and isinstance(value, dict | list):
+            return [TOO_DEEP]
+        if not name.isprintable():
+            lines.append(f"{key}: {CONTROLS}")
+        if isinstance(value, str) and not value.translate(BREAKS).isprintable():
+            lines.append(f"{key} = {shown(value)}: {CONTROLS}")
+    return lines
 
 
-def _with_controls(table: dict[str, Any]) -> Iterator[str]:
-    """Yield keys of `table` that have control characters, or texts with them, but for tabs and line breaks."""
-    rest: list[tuple[str, Any]] = [("", table)]
-    while rest:
-        prefix, value = rest.pop()
-        inner = value.items() if isinstance(value, dict) else enumerate(value)
-        for key, one in inner:
-            where = printable(f"{prefix}{key}")
-            if not str(key).isprintable():
-                yield where
-            if isinstance(one, str) and not one.translate(BREAKS).isprintable():
-                yield f"{where} = {shown(one)}"
-            elif isinstance(one, dict | list):
-                rest.append((f"{where}.", one))
+def _nodes(value: object, above: str = "", depth: int = 1) -> Iterator[tuple[str, str, object, int]]:
+    """Yield the dotted key, name, value and depth of all in a table or list, down to DEEPEST."""
+    pairs = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for name, inner in pairs:
+        key = printable(f"{above}{name}")
+        yield key, str(name), inner, depth
+        if depth < DEEPEST:
+            yield from _nodes(inner, f"{key}.", depth + 1)
 
 
 def _syntax(message: str, text: str, quoted: bool) -> str:
