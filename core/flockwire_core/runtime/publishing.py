@@ -22,7 +22,7 @@ class _Outlet:
     """One published key: its Zenoh publishers, the publisher's id, and its key in batches, empty if it is in none."""
 
     def __init__(self, key: Key, publishers: tuple[zenoh.Publisher, ...], identity: bytes, batched: bool) -> None:
-        self.codec = CODECS[ROWS[key.kind].message]
+        self.encode = CODECS[ROWS[key.kind].message].encode
         self.publishers, self.identity = publishers, identity
         self.batched_key = f"{key.owner}/{key.kind}" if batched else ""
         self.sequence = 0
@@ -52,7 +52,7 @@ class Publishing:
         """Publish messages; KeyError if the key table does not allow this identity to publish one of the keys."""
         for key, message in messages:
             outlet = self.outlets[key]
-            self._put(outlet, outlet.codec.encode(message), clock.now())
+            self._put(outlet, outlet.encode(message), clock.now())
         if self._batch.is_due(clock.now()):
             self.flush()
 
@@ -62,7 +62,7 @@ class Publishing:
         batch = self._batch.take(now)
         if batch.entries:
             outlet = self.outlets[self._batch_key]
-            self._put(outlet, outlet.codec.encode(batch), now)
+            self._put(outlet, outlet.encode(batch), now)
 
     def _put(self, outlet: _Outlet, payload: bytes, now: int) -> None:
         sequence = outlet.sequence

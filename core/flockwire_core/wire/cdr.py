@@ -30,6 +30,7 @@ MOST: Final = 0xFFFF_FFFF  # largest number of 32 bits
 MOST_LONG: Final = 0xFFFF_FFFF_FFFF_FFFF
 _HEADER: Final = int.from_bytes(HEADER, "little")
 _SIZES: Final = {code: calcsize(f"<{code}") for code in "BHiIqQdf"}  # of the numbers that messages hold
+_PADDING: Final = tuple([bytes(count) for count in range(8)])
 _RECENT: Final = 1_500_000_000  # s, Unix: what mypyc multiplies without an object is below 2^30
 
 
@@ -45,9 +46,11 @@ class Writer:
         self._data = BytesWriter()
         write_i32_le(self._data, _HEADER)
 
-    def _align(self, size: int) -> None:
-        while (len(self._data) - 4) % size:
-            self._data.append(0)
+    def _align(self, mask: int) -> None:
+        """Append padding to a multiple of `mask` + 1 bytes."""
+        missing = (4 - len(self._data)) & mask
+        if missing:
+            self._data.write(_PADDING[missing])
 
     def byte(self, value: int) -> None:
         """Append a number from 0 to 255."""
@@ -55,22 +58,22 @@ class Writer:
 
     def unsigned(self, value: int) -> None:
         """Append a number of 32 bits."""
-        self._align(4)
+        self._align(3)
         write_i32_le(self._data, value if value <= MOST // 2 else value - MOST - 1)
 
     def long(self, value: int) -> None:
         """Append a number of 64 bits."""
-        self._align(8)
+        self._align(7)
         write_i64_le(self._data, value if value <= MOST_LONG // 2 else value - MOST_LONG - 1)
 
     def double(self, value: float) -> None:
         """Append a double."""
-        self._align(8)
+        self._align(7)
         write_f64_le(self._data, value)
 
     def vector(self, v: Vector) -> None:
         """Append three doubles."""
-        self._align(8)
+        self._align(7)
         write_f64_le(self._data, v[0])
         write_f64_le(self._data, v[1])
         write_f64_le(self._data, v[2])
@@ -86,12 +89,12 @@ class Writer:
 
     def put_all(self, code: str, *values: object) -> None:
         """Append numbers of one struct code, aligned."""
-        self._align(_SIZES[code])
+        self._align(_SIZES[code] - 1)
         self._data.write(pack(f"<{len(values)}{code}", *values))
 
     def time(self, stamp: int) -> None:
         """Append a builtin_interfaces/Time, from ns."""
-        self._align(4)
+        self._align(3)
         write_i32_le(self._data, stamp // SECOND)
         write_i32_le(self._data, stamp % SECOND)
 
@@ -142,9 +145,9 @@ class Reader:
         """The number of bytes not taken yet."""
         return len(self._data) - self._at
 
-    def _take(self, alignment: int, size: int) -> int:
-        """Take `size` bytes at a multiple of `alignment`; return where they begin."""
-        at = self._at + (4 - self._at) % alignment
+    def _take(self, mask: int, size: int) -> int:
+        """Take `size` bytes at a multiple of `mask` + 1 bytes; return where they begin."""
+        at = self._at + ((4 - self._at) & mask)
         if at + size > len(self._data):
             raise MessageError(f"ends after {len(self._data)} bytes, too soon")
         self._at = at + size
@@ -152,28 +155,28 @@ class Reader:
 
     def byte(self) -> int:
         """Take a number from 0 to 255."""
-        return self._data[self._take(1, 1)]
+        return self._data[self._take(0, 1)]
 
     def unsigned(self) -> int:
         """Take a number of 32 bits."""
-        value: int = read_i32_le(self._data, self._take(4, 4))
+        value: int = read_i32_le(self._data, self._take(3, 4))
         return value & MOST
 
     def long(self) -> int:
         """Take a number of 64 bits."""
-        value: int = read_i64_le(self._data, self._take(8, 8))
+        value: int = read_i64_le(self._data, self._take(7, 8))
         return value if value >= 0 else value + MOST_LONG + 1
 
     def double(self) -> float:
         """Take a finite double."""
-        value: float = read_f64_le(self._data, self._take(8, 8))
+        value: float = read_f64_le(self._data, self._take(7, 8))
         if value - value != 0.0:  # infinite or not a number; cheaper, compiled, than a function of `math`
             raise MessageError("holds a number that is not finite")
         return value
 
     def vector(self) -> Vector:
         """Take three finite doubles."""
-        at, data = self._take(8, 24), self._data
+        at, data = self._take(7, 24), self._data
         x: float = read_f64_le(data, at)
         y: float = read_f64_le(data, at + 8)
         z: float = read_f64_le(data, at + 16)
@@ -194,11 +197,11 @@ class Reader:
     def take_all(self, code: str, count: int) -> tuple[Any, ...]:
         """Take `count` numbers of struct code `code`."""
         size = _SIZES[code]
-        return unpack_from(f"<{count}{code}", self._data, self._take(size, count * size))
+        return unpack_from(f"<{count}{code}", self._data, self._take(size - 1, count * size))
 
     def time(self) -> int:
         """Take a builtin_interfaces/Time, in ns."""
-        at = self._take(4, 8)
+        at = self._take(3, 8)
         seconds: int = read_i32_le(self._data, at)
         rest: int = read_i32_le(self._data, at + 4)
         if not 0 <= rest < SECOND:
@@ -208,7 +211,7 @@ class Reader:
     def text(self) -> str:
         """Take a string."""
         size = self.unsigned()
-        at = self._take(1, size)
+        at = self._take(0, size)
         if not size or self._data[at + size - 1]:
             raise MessageError(f"a string of {size} bytes does not end with NUL")
         try:
@@ -219,7 +222,7 @@ class Reader:
     def octets(self) -> bytes:
         """Take a sequence of bytes."""
         size = self.unsigned()
-        at = self._take(1, size)
+        at = self._take(0, size)
         return self._data[at : at + size]
 
     def texts(self, fields: int = 1) -> tuple[str, ...]:
@@ -240,5 +243,6 @@ class Reader:
 
     def end(self) -> None:
         """Check that nothing is left but padding to a multiple of 4."""
-        if self.left > 3 or any(self._data[self._at :]):
-            raise MessageError(f"{self.left} bytes are left over")
+        left = len(self._data) - self._at
+        if left and (left > 3 or any(self._data[self._at :])):
+            raise MessageError(f"{left} bytes are left over")

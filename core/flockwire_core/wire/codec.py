@@ -7,7 +7,7 @@ its stamp, Unix ns (the time for which the content is valid), and the name of th
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Final, Protocol, TypeVar
+from typing import Any, Final, NamedTuple, Protocol, TypeVar
 
 from flockwire_core.domain.airframe import Command, FlightState, Telemetry
 from flockwire_core.domain.bids import Bids
@@ -44,57 +44,83 @@ _LEADING: Final[dict[int, Leading]] = {int(state): state for state in Leading}
 _STATES: Final[dict[int, FlightState]] = {int(state): state for state in FlightState}
 
 
-def _write_pose(writer: Writer, pose: Pose) -> None:
+def _begin(stamp: int, frame: str) -> Writer:
+    writer = Writer()
+    writer.time(stamp)
+    writer.text(frame)
+    return writer
+
+
+def _encode_pose(pose: Pose) -> bytes:
+    writer = _begin(pose.stamp, pose.frame)
     writer.vector(pose.position)
     writer.quaternion(pose.orientation)
+    return writer.finish()
 
 
-def _read_pose(stamp: int, frame: str, reader: Reader) -> Pose:
-    return Pose(stamp, frame, reader.vector(), reader.quaternion())
+def _decode_pose(data: bytes) -> Pose:
+    reader = Reader(data)
+    pose = Pose(reader.time(), reader.text(), reader.vector(), reader.quaternion())
+    reader.end()
+    return pose
 
 
-def _write_estimate(writer: Writer, estimate: Estimate) -> None:
-    motion = estimate.motion
+def _encode_estimate(estimate: Estimate) -> bytes:
+    writer, motion = _begin(estimate.stamp, estimate.frame), estimate.motion
     writer.vector(motion.position)
     writer.vector(motion.velocity)
     writer.vector(motion.acceleration)
     writer.time(estimate.origin)
     writer.byte(estimate.hops)
     writer.byte(int(estimate.leading))
+    return writer.finish()
 
 
-def _read_estimate(stamp: int, frame: str, reader: Reader) -> Estimate:
+def _decode_estimate(data: bytes) -> Estimate:
+    reader = Reader(data)
+    stamp, frame = reader.time(), reader.text()
     motion = LeaderMotion(reader.vector(), reader.vector(), reader.vector())
     origin, hops, state = reader.time(), reader.byte(), reader.byte()
     leading = _LEADING.get(state)
     if leading is None:
         raise MessageError(f"there is no state {state} of a leader")
+    reader.end()
     return Estimate(stamp, frame, motion, origin, hops, leading)
 
 
-def _write_command(writer: Writer, command: Command) -> None:
+def _encode_command(command: Command) -> bytes:
+    writer = _begin(command.stamp, command.frame)
     writer.vector(command.velocity)
     writer.vector((0.0, 0.0, command.yaw_rate))
+    return writer.finish()
 
 
-def _read_command(stamp: int, frame: str, reader: Reader) -> Command:
-    return Command(stamp, frame, reader.vector(), reader.vector()[2])
+def _decode_command(data: bytes) -> Command:
+    reader = Reader(data)
+    command = Command(reader.time(), reader.text(), reader.vector(), reader.vector()[2])
+    reader.end()
+    return command
 
 
-def _write_nearby(writer: Writer, nearby: Nearby) -> None:
+def _encode_nearby(nearby: Nearby) -> bytes:
+    writer = _begin(nearby.stamp, nearby.frame)
     writer.length(len(nearby.bodies))
     for body in nearby.bodies:
         writer.byte(int(body.kind))
         writer.vector(body.relative_position)
         writer.double(body.radius)
         writer.vector(body.velocity)
+    return writer.finish()
 
 
-def _read_nearby(stamp: int, frame: str, reader: Reader) -> Nearby:
-    count = reader.length()
+def _decode_nearby(data: bytes) -> Nearby:
+    reader = Reader(data)
+    stamp, frame, count = reader.time(), reader.text(), reader.length()
     if count * SMALLEST_BODY > reader.left:
         raise MessageError(f"{count} nearby bodies in {reader.left} bytes")
-    return Nearby(stamp, frame, tuple([_read_body(reader) for _ in range(count)]))
+    nearby = Nearby(stamp, frame, tuple([_read_body(reader) for _ in range(count)]))
+    reader.end()
+    return nearby
 
 
 def _read_body(reader: Reader) -> Body:
@@ -139,45 +165,50 @@ def _write_reply(writer: Writer, reply: TimeReply) -> None:
     writer.time(reply.received)
 
 
-class Codec:
-    """The codec of one kind of message: `write` and `read` are of what follows the frame."""
+class Codec(NamedTuple):
+    """The codec of one kind of message; `decode` raises MessageError."""
 
-    def __init__(self, write: Callable[[Writer, Any], None], read: Callable[[int, str, Reader], Any]) -> None:
-        self._write, self._read = write, read
+    encode: Callable[[Any], bytes]
+    decode: Callable[[bytes], Any]
 
-    def encode(self, message: Message) -> bytes:
-        """Return the CDR bytes of `message`."""
-        writer = Writer()
-        writer.time(message.stamp)
-        writer.text(message.frame)
-        self._write(writer, message)
+
+def _codec(write: Callable[[Writer, M], None], read: Callable[[int, str, Reader], M]) -> Codec:
+    """Return the codec of a message outside the 100 Hz path: `write` and `read` are of what follows the frame.
+
+    Called through them, the messages of that path would take 8 % of the virtual time more.
+    """
+
+    def encode(message: M) -> bytes:
+        writer = _begin(message.stamp, message.frame)
+        write(writer, message)
         return writer.finish()
 
-    def decode(self, data: bytes) -> Any:  # noqa: ANN401  (a message of its kind)
-        """Return the message in `data`; raises MessageError."""
+    def decode(data: bytes) -> M:
         reader = Reader(data)
-        message = self._read(reader.time(), reader.text(), reader)
+        message = read(reader.time(), reader.text(), reader)
         reader.end()
         return message
 
+    return Codec(encode, decode)
+
 
 CODECS: Final[dict[type[Any], Codec]] = {
-    Pose: Codec(_write_pose, _read_pose),
-    Estimate: Codec(_write_estimate, _read_estimate),
-    Command: Codec(_write_command, _read_command),
-    Nearby: Codec(_write_nearby, _read_nearby),
-    Telemetry: Codec(_write_telemetry, _read_telemetry),
-    TimeRequest: Codec(lambda writer, _: None, lambda stamp, frame, _: TimeRequest(stamp, frame)),
-    TimeReply: Codec(_write_reply, lambda stamp, frame, reader: TimeReply(stamp, frame, reader.time(), reader.time())),
-    Bids: Codec(write_bids, read_bids),
-    Signals: Codec(_write_signals, _read_signals),
-    Mission: Codec(write_mission, read_mission),
-    Stop: Codec(
+    Pose: Codec(_encode_pose, _decode_pose),
+    Estimate: Codec(_encode_estimate, _decode_estimate),
+    Command: Codec(_encode_command, _decode_command),
+    Nearby: Codec(_encode_nearby, _decode_nearby),
+    Telemetry: _codec(_write_telemetry, _read_telemetry),
+    TimeRequest: _codec(lambda writer, _: None, lambda stamp, frame, _: TimeRequest(stamp, frame)),
+    TimeReply: _codec(_write_reply, lambda stamp, frame, reader: TimeReply(stamp, frame, reader.time(), reader.time())),
+    Bids: _codec(write_bids, read_bids),
+    Signals: _codec(_write_signals, _read_signals),
+    Mission: _codec(write_mission, read_mission),
+    Stop: _codec(
         lambda writer, stop: writer.text(stop.reason),
         lambda stamp, frame, reader: Stop(stamp, frame, reader.text()),
     ),
-    Status: Codec(write_status, read_status),
-    Batch: Codec(write_batch, read_batch),
+    Status: _codec(write_status, read_status),
+    Batch: _codec(write_batch, read_batch),
 }
 
 

@@ -95,11 +95,13 @@ class Inbox:
         self.rejected: Counter[str] = Counter()
         self.sent = self.missed = 0
         self.ahead = 0  # ns by which the receiver's time is ahead of swarm time (process/stepping.py)
-        self._codec, self._mark = CODECS[row.message], mark_of(key)
+        self._decode, self._mark = CODECS[row.message].decode, mark_of(key)
         self._maximum_age = None if row.maximum_age is None else round(row.maximum_age * SECOND)
         self._ahead, self._any_time = round(row.max_future * SECOND), row.max_future >= ANY_TIME
         self._newest = 0
-        self._sequences: dict[bytes, int] = {}  # the last one of each publisher
+        self._publisher = b""  # of the last message, and its sequence number
+        self._sequence = -1
+        self._sequences: dict[bytes, int] = {}  # the last one of each publisher before it
         self._quota, self._largest = Quota(row.rate), row.largest
         self.keep_all = row.keep_all
 
@@ -113,7 +115,7 @@ class Inbox:
         if payload.startswith(CANARY):
             return self._reject("canary")
         try:
-            message: Message = self._codec.decode(payload)
+            message: Message = self._decode(payload)
             sequence, sent, size, publisher = ATTACHMENT.unpack(attached)
         except (MessageError, error):
             return self._reject("malformed")
@@ -125,12 +127,13 @@ class Inbox:
             return self._reject("malformed")
         if self.ahead:
             message = shifted(message, self.ahead)
-        stamp, last = message.stamp, self._sequences.get(publisher)
-        missed = 0 if last is None else sequence - last - 1
+        stamp, same = message.stamp, publisher == self._publisher
+        last = self._sequence if same else self._sequences.get(publisher, sequence - 1)
+        missed = sequence - last - 1
         reason = ""
         if missed < 0:
             reason = "repeated"
-        elif last is None and not publisher.endswith(self._mark):
+        elif not same and not publisher.endswith(self._mark):
             reason = MISDIRECTED
         elif stamp < self._newest and not self._any_time:  # its sequence number shows repetitions
             reason = "older than the last"
@@ -142,9 +145,12 @@ class Inbox:
             return self._reject(reason)
         self.missed = missed if missed < MOST_MISSED else MOST_MISSED
         self.sent, self._newest = sent, stamp
-        self._sequences[publisher] = sequence
-        if last is None and len(self._sequences) > MOST_PUBLISHERS:
-            del self._sequences[next(iter(self._sequences))]
+        if not same:
+            self._sequences[self._publisher] = self._sequence
+            self._publisher = publisher
+            if len(self._sequences) > MOST_PUBLISHERS:
+                del self._sequences[next(iter(self._sequences))]
+        self._sequence = sequence
         return message
 
     def _reject(self, reason: str) -> Message | None:
