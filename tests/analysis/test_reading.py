@@ -133,7 +133,7 @@ def test_reading_a_trace_imports_no_law(tmp_path, swarm_of, monkeypatch):
 @pytest.mark.parametrize(
     ("changes", "line"),
     [
-        ({"hosts": {}}, "hosts = {}: at least one host is needed"),
+        ({"hosts": {}}, "hosts: at least one host is needed"),
         ({"graph": {"edges": [[0, 1], [1, 9]]}}, "graph.edges.1 = [1, 9]: there is no drone 9"),
         ({"formation": {"kind": "line", "spacing": 0.01}}, "formation: its drones come within 0.01 m"),
     ],
