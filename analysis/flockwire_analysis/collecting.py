@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Hashable
-from dataclasses import dataclass, field
 from operator import attrgetter
 from pathlib import Path
 
@@ -18,31 +17,30 @@ from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import APART, LAW_FAILED, LEFT_OUT, Status
 from flockwire_recorder.trace import count_lost, publication_time
 
+from flockwire_analysis.columns import Columns
 from flockwire_analysis.observed import Observed, Shown, append_change, keep, observed, shown
 from flockwire_analysis.recorded import Held, ProcessRecord, StateChange, Trace, is_repeated
-from flockwire_analysis.series import Columns, Movers, Signal
+from flockwire_analysis.series import Movers, Signal, movers_of, series_of, signals_of
 
 DAY = 86_400 * SECOND  # ns
 FOREVER = 1 << 62  # ns
+WATCHED = frozenset(kind for kind, row in ROWS.items() if row.message in (Mission, Stop, Bids, Status))
 FOLLOWED = 20  # messages in succession that show that the clock was set by more than a day
 
 
-@dataclass(slots=True)
 class _Publisher:
     """One channel: the messages of one process on a topic, `repeated` until answered or not, `judged` or not.
 
-    `rate` is its largest number of messages per s.
+    `rate` is its largest number of messages per s, `columns` are where they go: None for a key that is unknown.
     """
 
-    repeated: bool
-    judged: bool
-    rate: int
-    begin: int  # Unix ns
-    end: int = 0
-    sequences: array[int] = field(default_factory=lambda: array("q"))
-    last: Status | None = None
-    cpu: float = 0.0
-    links: set[str] = field(default_factory=set)
+    def __init__(self, repeated: bool, judged: bool, rate: int, columns: Columns | None, begin: int) -> None:
+        self.repeated, self.judged, self.rate, self.columns = repeated, judged, rate, columns
+        self.begin = self.end = begin  # Unix ns
+        self.sequences = array("q")
+        self.last: Status | None = None
+        self.cpu = 0.0
+        self.links: set[str] = set()
 
     def lost(self) -> int:
         """Return the number of missing messages between the first and the last recorded one."""
@@ -82,32 +80,37 @@ class Collector:
         logged = self._log_time(logged)
         publisher = self._publishers.get(channel)
         if publisher is None:
-            repeated, rate = (is_repeated(key.kind), ROWS[key.kind].rate) if key is not None else (False, 0)
-            judged = key is None or key in self.plan.judged
-            publisher = self._publishers[channel] = _Publisher(repeated, judged, rate, logged)
-        self._begin = min(self._begin or logged, logged)
-        self._end = max(self._end, logged)
+            publisher = self._publishers[channel] = self._make_publisher(key, logged)
         publisher.sequences.append(sequence)
         publisher.end = max(publisher.end, logged)
-        if key is None or message is None:
+        self._end = max(self._end, logged)
+        if logged < self._begin or not self._begin:
+            self._begin = logged
+        if key is None or message is None or publisher.columns is None:
             self._malformed += 1
-            return
-        match message:
-            case Mission():
-                self._missions[message.version] = message
-            case Stop():
-                self._stops[message.stamp] = message
-            case Bids():
-                self._take_bids(self._numbers[key.owner], message)
-            case Status() if message.identity != key.owner:  # a status of another process is forged
+        elif key.kind not in WATCHED or self._watch(publisher, channel, key, message):
+            publisher.columns.add(message, publication_time(published, logged), logged, sequence)
+
+    def _make_publisher(self, key: Key | None, begin: int) -> _Publisher:
+        if key is None:
+            return _Publisher(False, True, 0, None, begin)
+        columns = self._columns.setdefault(key, Columns(key.kind))
+        return _Publisher(is_repeated(key.kind), key in self.plan.judged, ROWS[key.kind].rate, columns, begin)
+
+    def _watch(self, publisher: _Publisher, channel: Hashable, key: Key, message: Message) -> bool:
+        """Take a message of orders or statuses; returns whether it is no forgery."""
+        if isinstance(message, Mission):
+            self._missions[message.version] = message
+        elif isinstance(message, Stop):
+            self._stops[message.stamp] = message
+        elif isinstance(message, Bids):
+            self._take_bids(self._numbers[key.owner], message)
+        elif isinstance(message, Status):
+            if message.identity != key.owner:  # a status of another process
                 self._malformed += 1
-                return
-            case Status():
-                self._take_status(publisher, channel, message)
-        columns = self._columns.get(key)
-        if columns is None:
-            columns = self._columns[key] = Columns(key.kind)
-        columns.add(message, publication_time(published, logged), logged, sequence)
+                return False
+            self._take_status(publisher, channel, message)
+        return True
 
     def _log_time(self, claimed: int) -> int:
         """Return `claimed`, or the last log time if it is a day away from that and few others are with it."""
@@ -153,7 +156,7 @@ class Collector:
         orders = tuple(order for _, order in sorted(self._missions.items()))
         return Trace(
             path, self.plan, self._metadata,
-            {key: columns.series() for key, columns in self._columns.items()},
+            {key: series_of(columns) for key, columns in self._columns.items()},
             self._movers(),
             tuple(order for order in orders if not self._obeyed or order.version in self._obeyed),  # without rejected
             orders,
@@ -178,13 +181,13 @@ class Collector:
     def _movers(self) -> dict[int, Movers]:
         """Return what each drone sensed of moving bodies."""
         sensed = {i: self._columns.get(Key("nearby", uav(i))) for i in self.plan.swarm.flying}
-        movers = {i: one.movers() for i, one in sensed.items() if one is not None}
+        movers = {i: movers_of(one) for i, one in sensed.items() if one is not None}
         return {i: one for i, one in movers.items() if len(one.stamps)}
 
     def _signals(self) -> dict[int, dict[str, Signal]]:
         """Return what the laws recorded."""
         recorded = {i: self._columns.get(Key("signals", uav(i))) for i in self.plan.swarm.followers}
-        return {i: one.signals() for i, one in recorded.items() if one is not None}
+        return {i: signals_of(one) for i, one in recorded.items() if one is not None}
 
     def _lost(self, judged: bool) -> int:
         """Return the number of missing messages of keys that are judged, or of all others.

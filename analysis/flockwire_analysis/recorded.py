@@ -14,8 +14,9 @@ from flockwire_core.wire.keys import ROWS, TIME_REQUEST, Delivery, Key
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import Status
 
+from flockwire_analysis.columns import Columns
 from flockwire_analysis.observed import Observed, Shown
-from flockwire_analysis.series import Columns, Movers, Series, Signal
+from flockwire_analysis.series import Movers, Series, Signal, series_of
 
 
 def is_repeated(kind: str) -> bool:
@@ -121,7 +122,7 @@ class Trace:
 
     def of(self, kind: str, number: int) -> Series:
         """Return the messages of drone `number`'s key `kind`, possibly none."""
-        return self.series.get(Key(kind, uav(number))) or Columns(kind).series()
+        return self.series.get(Key(kind, uav(number))) or series_of(Columns(kind))
 
     def positions(self, number: int) -> Series:
         """Return the positions of drone `number`: its truth if recorded, else its pose."""

@@ -6,11 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from flockwire_analysis import replay as replaying
+from flockwire_analysis.columns import Columns
 from flockwire_analysis.moving_bodies import moving_bodies
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.replay import flight_data
 from flockwire_analysis.sampled import sampled
-from flockwire_analysis.series import NOWHERE, Columns
+from flockwire_analysis.series import NOWHERE, movers_of, series_of
 from flockwire_analysis.tracking import places
 from flockwire_core.domain.body import Body, BodyKind, Nearby, to_axis
 from flockwire_core.domain.time import SECOND
@@ -39,7 +40,7 @@ def sensing(quiet):
             for stamp, position in zip(stamps.tolist(), at, strict=True):
                 bodies = [Body(BodyKind.MOVER, to_axis(position, center, height), 0.3) for center in centers]
                 columns.add(Nearby(stamp, "world", tuple(bodies)), stamp, stamp, 0)
-            movers[number] = columns.movers()
+            movers[number] = movers_of(columns)
         return replace(quiet, movers=movers)
 
     return build
@@ -87,10 +88,10 @@ def test_messages_to_a_drone_give_its_moving_bodies_alone_by_stamp():
     columns = Columns("nearby")
     columns.add(Nearby(8, "world", (far,)), 8, 9, 0)
     columns.add(Nearby(7, "world", (Body(BodyKind.DRONE, (0.5, 0.0, 0.0), 0.0), person)), 8, 9, 1)
-    movers = columns.movers()
+    movers = movers_of(columns)
     assert movers.stamps.tolist() == [7, 8]
     assert movers.bodies.tolist() == [[1.0, 0.0, 0.0, 0.4], [-NOWHERE, 0.0, 0.0, NOWHERE]]
-    assert columns.series().values[0].tolist() == [pytest.approx(0.6)]
+    assert series_of(columns).values[0].tolist() == [pytest.approx(0.6)]
 
 
 def test_a_body_at_no_place_of_this_world_does_not_prevent_the_page(sensing):

@@ -1,0 +1,55 @@
+"""The messages of one topic, as they come: a row for each."""
+
+from __future__ import annotations
+
+from array import array
+from math import hypot, inf
+from typing import Final
+
+from flockwire_core.domain.airframe import Command, Telemetry
+from flockwire_core.domain.body import BodyKind, Nearby
+from flockwire_core.domain.motion import Estimate
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.signals import Signals
+from flockwire_core.wire.codec import Message
+from flockwire_core.wire.keys import ROWS
+
+_WIDTHS: Final[dict[type[Message], int]] = {Pose: 3 + 4, Estimate: 6, Command: 3, Telemetry: 4, Nearby: 1}  # columns
+
+
+class Columns:
+    """Collects the rows of one series: the messages of a key of this `kind`, and the moving bodies in them."""
+
+    def __init__(self, kind: str) -> None:
+        self.times = array("q")
+        self.values = array("d")
+        self.width = _WIDTHS.get(ROWS[kind].message, 0)
+        self.oriented = ROWS[kind].message is Pose
+        self.sensed_at = array("q")
+        self.sensed = array("d")
+        self.signals: dict[str, tuple[array[int], array[float]]] = {}
+
+    def add(self, message: Message, published: int, logged: int, sequence: int) -> None:
+        """Add a message, with its times of publication and logging (Unix ns), and its publisher's count."""
+        self.times.extend((message.stamp, published, logged, sequence))
+        match message:
+            case Pose():
+                self.values.extend((*message.position, *message.orientation))
+            case Estimate():
+                self.values.extend((*message.motion.position, *message.motion.velocity))
+            case Command():
+                self.values.extend(message.velocity)
+            case Telemetry():
+                self.values.extend((message.state, message.battery, message.height, message.command_age))
+            case Nearby():
+                movers = [body for body in message.bodies if body.kind is BodyKind.MOVER]
+                for body in movers:
+                    self.sensed_at.append(message.stamp)
+                    self.sensed.extend((*body.relative_position, body.radius))
+                gaps = [hypot(*body.relative_position) - body.radius for body in movers]
+                self.values.append(min(gaps, default=inf))
+            case Signals():
+                for name, value in message.values:
+                    stamps, values = self.signals.setdefault(name, (array("q"), array("d")))
+                    stamps.append(message.stamp)
+                    values.append(value)
