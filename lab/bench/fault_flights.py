@@ -26,7 +26,7 @@ from statistics import median
 from fault_draws import KINDS, VARIANTS
 from fault_judge import Result, fly, fly_rare
 from flockwire_lab import coverage
-from flockwire_lab.search.rungs import RUNGS
+from flockwire_lab.search.record import REACTIONS
 from rare_draws import RARE_KINDS
 
 
@@ -42,12 +42,12 @@ def print_tables(results: list[Result]) -> None:
     print(f"\n{'fault':24}{'flights':>9}" + "".join(f"{name:>18}" for name in outcomes))
     for kind in (*KINDS, *RARE_KINDS, *(f"law: {name}" for name in VARIANTS), "all"):
         print(f"{kind:24}{rows[kind].total():>9}" + "".join(f"{rows[kind][name]:>18}" for name in outcomes))
-    print(f"\n{'rung':28}{'flights':>9}    s after the fault began (one fault, usual limits): median, longest")
-    for rung in RUNGS:
-        count = sum(rung in result.rungs for result in results)
-        times = sorted(_times(rung, results))
+    print(f"\n{'reaction':28}{'flights':>9}    s after the fault began (one fault, usual limits): median, longest")
+    for code in REACTIONS:
+        count = sum(code in result.reactions for result in results)
+        times = sorted(_times(code, results))
         timed = f"{median(times):8.2f}{times[-1]:8.2f}   of {len(times)}" if times else ""
-        print(f"{rung:28}{count:>9}{timed}")
+        print(f"{code:28}{count:>9}{timed}")
     print("", *coverage.table(result.events for result in results), sep="\n")
     closest = min(results, key=lambda result: result.closest)
     fastest = max(results, key=lambda result: result.fastest_contact)
@@ -63,11 +63,11 @@ def print_tables(results: list[Result]) -> None:
             print(f"bad: --seed {result.seed}  {result.variant}: {kinds}: {'; '.join(result.bad)}")
 
 
-def _times(rung: str, results: Iterable[Result]) -> Iterator[float]:
-    """Yield how long after its only fault a flight under the usual limits reached a rung."""
+def _times(code: str, results: Iterable[Result]) -> Iterator[float]:
+    """Yield how long after its only fault a flight under the usual limits had a reaction."""
     for result in results:
-        if rung in result.rungs and result.usual and len(result.faults) == 1:
-            since = result.rungs[rung] - result.faults[0]["at"]
+        if code in result.reactions and result.usual and len(result.faults) == 1:
+            since = result.reactions[code] - result.faults[0]["at"]
             if since >= 0.0:
                 yield since
 

@@ -50,7 +50,7 @@ class Result:
     world_ended: bool = False
     bad: list[str] = field(default_factory=list)
     unpromised: list[str] = field(default_factory=list)  # what is not bad because the law does not promise it
-    rungs: dict[str, float] = field(default_factory=dict)  # when each was first reached
+    reactions: dict[str, float] = field(default_factory=dict)  # when each was first reached
     events: dict[str, int] = field(default_factory=dict)  # how often each happened
     margins: dict[str, float] = field(default_factory=dict)  # of each property, as a share of its bound
 
@@ -111,7 +111,7 @@ class Judge:
         return Result(
             flight.seed, flight.variant, flight.usual, list(flight.faults), outcome.failure, outcome.seconds,
             closest(flown), closest(flown, falls=True), 0.0 if contact is None else (1.0 - contact.value) * fastest,
-            injector.world_ended, [what for what in bad if what not in unpromised], unpromised, judged.rungs,
+            injector.world_ended, [what for what in bad if what not in unpromised], unpromised, judged.reactions,
             judged.events,
             {name: round(margin.value, 4) for name, margin in judged.margins.items()},
         )  # fmt: skip

@@ -92,6 +92,9 @@ class FaultyCore:
         """Return the core's datagrams."""
         return self._core.outgoing(now) if isinstance(self._core, Networked) else []
 
+    def __getattr__(self, name: str) -> Any:  # noqa: ANN401  (whatever the core has)
+        return getattr(self._core, name)
+
     def _takeoff(self, key: Key, message: Message, now: int) -> int | None:
         match message:
             case Mission() if message.verb == "takeoff":
@@ -116,14 +119,11 @@ class FaultyCore:
 
 
 class FaultyFramedCore(FaultyCore):
-    """A wrapped core whose triggers are parts of a frame, with what its process needs besides."""
+    """A wrapped core whose triggers are parts of a frame."""
 
     def due(self, key: Key) -> bool:
         """Return whether the last message completed a frame."""
         return cast("Framed", self._core).due(key)
-
-    def __getattr__(self, name: str) -> Any:  # noqa: ANN401  (whatever the core has)
-        return getattr(self._core, name)
 
 
 def faulty(core: Core, faults: Sequence[Fault], plan: Plan, identity: str, took_off: int | None) -> Core:

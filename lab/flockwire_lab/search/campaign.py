@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from flockwire_lab.search.choosing import Candidate, Chooser, Draws, KnownFirst
+from flockwire_lab.search.choosing import BATCH, Candidate, Chooser, Draws
 from flockwire_lab.search.flight import Judged, Order
 from flockwire_lab.search.space import SearchPlan, Space
 from flockwire_lab.study.file import StudyError
@@ -40,9 +40,10 @@ def conduct(
     """
     known = {entry.number: entry for entry in ledger.results}
     number = 0
-    seeker = _chooser(plan, space, corpus)
+    seeker, waiting = _chooser(plan, space), list(corpus)
     while number < plan.runs:
-        asked = dict(enumerate(seeker.ask()[: plan.runs - number], start=number))
+        batch, waiting = (waiting[:BATCH], waiting[BATCH:]) if waiting else (seeker.ask(), [])
+        asked = dict(enumerate(batch[: plan.runs - number], start=number))
         found: dict[int, Judged] = {}
         orders: list[Order] = []
         for place, candidate in asked.items():
@@ -70,13 +71,9 @@ def conduct(
         number += len(asked)
 
 
-def _chooser(plan: SearchPlan, space: Space, corpus: Sequence[Candidate]) -> Chooser:
+def _chooser(plan: SearchPlan, space: Space) -> Chooser:
     if plan.method == "draws":
         return Draws(space.size, plan.seed)
+    from flockwire_lab.search.seeking import Search  # noqa: PLC0415  (the extra `study`)
 
-    def search() -> Chooser:
-        from flockwire_lab.search.seeking import Search  # noqa: PLC0415  (loads in seconds what a corpus needs not)
-
-        return Search(space.size, plan.seed)
-
-    return KnownFirst(corpus, search)
+    return Search(space.size, plan.seed)

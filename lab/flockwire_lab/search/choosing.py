@@ -1,8 +1,8 @@
-"""What chooses the flights of a search: independent draws, or a corpus first and then what is made after it."""
+"""What chooses the flights of a search, and what is the worst of them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from random import Random
 from typing import Protocol
@@ -15,11 +15,10 @@ USUAL = {"distance": 2.0, "clearance": 2.0, "contact": 0.3, "rung": 0.23}  # mar
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
-    """A point of the unit cube to fly with `seed`; `focus` is the property that it was chosen for."""
+    """A point of the unit cube to fly with `seed`."""
 
     point: tuple[float, ...]
     seed: int
-    focus: str
 
 
 class Chooser(Protocol):
@@ -42,39 +41,12 @@ class Draws:
         """Return random points, each with its own seed."""
         first, self._count = self._count, self._count + BATCH
         return [
-            Candidate(tuple(round(self._chance.random(), 9) for _ in range(self._size)), self._seed + first + k, "")
+            Candidate(tuple(round(self._chance.random(), 9) for _ in range(self._size)), self._seed + first + k)
             for k in range(BATCH)
         ]
 
     def tell(self, asked: Sequence[Candidate], found: Sequence[Judged]) -> None:
         """Draws learn nothing."""
-
-
-class KnownFirst:
-    """Chooses the flights of a corpus, then as what `after` makes, which learns what they showed."""
-
-    def __init__(self, corpus: Sequence[Candidate], after: Callable[[], Chooser]) -> None:
-        self._corpus, self._make = list(corpus), after
-        self._after: Chooser | None = None  # made when it is needed: its libraries take seconds to load
-        self._told: list[tuple[Sequence[Candidate], Sequence[Judged]]] = []
-
-    def ask(self) -> list[Candidate]:
-        """Return the next flights."""
-        if self._corpus:
-            known, self._corpus = self._corpus[:BATCH], self._corpus[BATCH:]
-            return known
-        if self._after is None:
-            self._after = self._make()
-            for asked, found in self._told:
-                self._after.tell(asked, found)
-        return self._after.ask()
-
-    def tell(self, asked: Sequence[Candidate], found: Sequence[Judged]) -> None:
-        """Learn the results of what was asked."""
-        if self._after is None:
-            self._told.append((asked, found))
-        else:
-            self._after.tell(asked, found)
 
 
 def scaled(judged: Judged) -> float:

@@ -9,7 +9,7 @@ with recorded results: the "golden master"; Feathers, 2004). It shows a change, 
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 from math import inf
@@ -37,7 +37,7 @@ class Corpus:
     @cached_property
     def asked(self) -> list[Candidate]:
         """What a search asks for that flies them first."""
-        return [replace(entry.asked, focus="") for entry in self.flights]
+        return [entry.asked for entry in self.flights]
 
     def has(self, entry: Entry) -> bool:
         """Return whether a flight of a search that flies `asked` first is one of it."""
@@ -136,11 +136,10 @@ def _worth(judged: Judged, new: set[Hashable]) -> tuple[bool, float, float]:
 
 
 def shown(judged: Judged) -> set[Hashable]:
-    """Return what a flight shows: its cell, events by how often, margins by how large, rungs by which came before."""
-    rungs = [rung for rung, _ in sorted(judged.rungs.items(), key=lambda item: item[1])]
+    """Return what a flight shows: its cell, events by number, margins by size, reactions by which came before."""
     return {
         judged.cell,
         *((event, count.bit_length()) for event, count in judged.events.items()),
         *((name, margin.value // STEP) for name, margin in judged.margins.items()),
-        *pairwise(["", *rungs]),
+        *pairwise(["", *judged.reactions]),
     }

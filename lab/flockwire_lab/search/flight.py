@@ -23,7 +23,7 @@ from flockwire_lab.search.formation import tails
 from flockwire_lab.search.liveness import Recovery
 from flockwire_lab.search.margin import BOUNDS, Bounds, Margin
 from flockwire_lab.search.record import Recorder
-from flockwire_lab.search.robustness import first_outside, margins
+from flockwire_lab.search.robustness import margins
 from flockwire_lab.study.file import StudyError
 from flockwire_lab.study.variation import Table
 from flockwire_lab.world import EPOCH, World
@@ -45,15 +45,15 @@ class Case:
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """What a flight showed: margins by property, rungs with the s after the order to take off, why it failed."""
+    """What a flight showed: margins by property, reactions with the s after the order to take off, why it failed."""
 
     margins: dict[str, Margin]
-    rungs: dict[str, float] = field(default_factory=dict)
+    reactions: dict[str, float] = field(default_factory=dict)
     failure: str = ""
     seconds: float = 0.0
     world_ended: bool = False
     refused: str = ""  # why the case is not a flight
-    cell: tuple[str, str, str] = ("", "", "")  # of the least margin: last rung, last fault, phase
+    cell: tuple[str, str, str] = ("", "", "")  # of the least margin: last reaction, last fault, phase
     events: dict[str, int] = field(default_factory=dict)  # how often each happened (coverage.py)
 
     @classmethod
@@ -166,14 +166,11 @@ def judge(flown: Flown, recorder: Recorder, faults: list[Table], bounds: Bounds 
     """Return the margins of a flight under `faults`, and the cell of its least one."""
     found = margins(flown, bounds)
     least = min(found.values(), key=lambda margin: margin.value)
-    inwards = first_outside(flown)
-    if inwards is not None:
-        recorder.note("fence: inwards", inwards)
-    rung = next((name for at, name in reversed(recorder.moments) if at <= least.at), "")
+    reaction = next((name for name, at in reversed(recorder.reactions.items()) if at <= least.at), "")
     fault = next((one["kind"] for one in sorted(faults, key=lambda one: -one["at"]) if one["at"] <= least.at), "")
-    cell = (rung, fault, _phase(flown, least))
+    cell = (reaction, fault, _phase(flown, least))
     return Judged(
-        found, dict(recorder.rungs), flown.failure, flown.seconds, flown.world_ended, cell=cell,
+        found, dict(recorder.reactions), flown.failure, flown.seconds, flown.world_ended, cell=cell,
         events=events(recorder.protocol),
     )  # fmt: skip
 

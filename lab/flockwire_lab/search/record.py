@@ -1,4 +1,4 @@
-"""A tap that records one virtual flight: its arrays, its rungs, what happens in words."""
+"""A tap that records one virtual flight: its arrays, its reactions, what happens in words."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector
-from flockwire_core.pilot.phases import IN_FLIGHT
+from flockwire_core.pilot.reactions import TABLE
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.plan import Plan
@@ -26,10 +26,11 @@ from flockwire_core.wire.status import Status
 from flockwire_lab.flight import TraceInMemory
 from flockwire_lab.process import Published
 from flockwire_lab.search.flown import Flown, Reports, States
-from flockwire_lab.search.rungs import RUNGS
 from flockwire_lab.world import EPOCH
 
 Kind = TypeVar("Kind")
+DRIVER_STOPS, DRIVER_LANDS = "driver: zero", "driver: land"  # reactions to old commands
+REACTIONS = (*(row.code for row in TABLE), DRIVER_STOPS, DRIVER_LANDS)
 DOWN = 0.0  # m, height of a drone on the ground
 OF_THE_PROTOCOL = ("status", "telemetry", "mission", "stop")  # kinds that show what pilots did by which orders
 
@@ -47,8 +48,7 @@ class Recorder:
         say: Callable[[str], None] | None = None,
         landed: Callable[[], float] | None = None,
     ) -> None:
-        self.rungs: dict[str, float] = {}  # when each was first reached, s
-        self.moments: list[tuple[float, str]] = []  # the same in the order in which they were reached
+        self.reactions: dict[str, float] = {}  # of pilots and drivers, by code: when each came first, s
         self._swarm, self._begin, self._say = plan.swarm, begin, say
         self._stale = plan.swarm.limits.staleness
         self._pilots = {identity: uav(drone) for drone, identity in plan.pilots.items()}
@@ -113,11 +113,6 @@ class Recorder:
         rows = self._reports[owner]
         place = bisect_right(rows, at, key=lambda row: row[0])
         return rows[place - 1][1].report.place if place else None
-
-    def note(self, rung: str, at: float) -> None:
-        """Note that a rung was reached at `at`, s after the order to take off."""
-        self.rungs[rung] = min(round(at, 3), self.rungs.get(rung, np.inf))
-        self.moments = sorted({*self.moments, (self.rungs[rung], rung)})
 
     def phases(self) -> dict[str, str]:
         """Return the phase that each pilot reported last, by its drone."""
@@ -213,38 +208,20 @@ class Recorder:
             self.tell(f"{status.identity}: {report.phase} {report.detail}")
             if report.phase == Phase.TAKEOFF and (since := self._landed()) > 0.0:
                 self._refused.append((since, owner))
-        if self._took_off is not None:
-            self._climb_down(status)
-
-    def _climb_down(self, status: Status) -> None:
-        """Note which rungs a status tells of."""
-        report, stale = status.report, self._stale
-        if report.code in RUNGS:
+        if report.code:
             self._reached(report.code)
-        if report.phase not in IN_FLIGHT:
-            return
-        if report.pose_age > stale.pose_zero:
-            self._reached("own pose: zero")
-        elif report.nearby_age > stale.nearby_slow:
-            self._reached("nearby: slow")
-        if report.estimate_age > stale.estimate_drop:
-            self._reached("neighbour: dropped")
-        if report.telemetry_age > stale.telemetry_warn:
-            self._reached("telemetry: reported")
 
     def _telemetry(self, published: Published) -> None:
         message, stale = _opened(published, Telemetry), self._stale
         self._telemetries[published.key.owner].append((published.at, message))
         if message.state is FlightState.FLYING and message.command_age > stale.command_zero:
-            self._reached("driver: zero")
+            self._reached(DRIVER_STOPS)
         elif message.state is FlightState.LANDING and message.command_age > stale.command_land:
-            self._reached("driver: land")
+            self._reached(DRIVER_LANDS)
 
-    def _reached(self, rung: str) -> None:
-        if rung not in self.rungs:
-            now = round(self.seconds(self._at), 3)
-            self.rungs[rung] = now
-            self.moments.append((now, rung))
+    def _reached(self, code: str) -> None:
+        if self._took_off is not None:
+            self.reactions.setdefault(code, round(self.seconds(self._at), 3))
 
 
 def _opened(published: Published, kind: type[Kind]) -> Kind:

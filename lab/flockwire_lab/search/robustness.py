@@ -117,18 +117,6 @@ def _spoiled(outside: Booleans, awake: Booleans) -> Booleans:
     return outside & np.isin(runs, runs[outside & ~awake])
 
 
-def first_outside(flown: Flown) -> float | None:
-    """Return when a drone off the ground was first outside the fence, s; None if none was."""
-    room, found = flown.swarm.limits.fence.room(), []
-    for owner, times in flown.times.items():
-        off = (times >= 0.0) & (flown.places[owner][:, 2] > 0.0) if flown.took_off else np.zeros(len(times), np.bool_)
-        places = flown.places[owner][off].tolist()
-        found += [t for t, (x, y, z) in zip(times[off].tolist(), places, strict=True) if room.outside((x, y, z)) > 0.0][
-            :1
-        ]
-    return min(found, default=None)
-
-
 def _contacts(
     owner: str, times: Floats, places: Floats, falls: Booleans, fastest: float, jumps: Sequence[float]
 ) -> Iterator[tuple[str, Margin]]:

@@ -1,19 +1,16 @@
-"""Shrinks a flight that violates a property: fewer faults, drones, conditions; shorter; rounder numbers."""
+"""Shrinks a flight that violates a property: fewer faults, drones, conditions; shorter."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from copy import deepcopy
 from dataclasses import replace
-from functools import reduce
-from typing import Any
 
 from flockwire_lab.search.flight import Case, Judged
 from flockwire_lab.study.variation import Table
 
 MOST = 200  # flights
 CONDITIONS = ("sim", "airframes", "obstacles", "checks")  # tables of the swarm file that a flight may not need
-DIGITS = (0, 1, 2)
 
 Fly = Callable[[Case], Judged]
 
@@ -31,7 +28,7 @@ def shrunk(case: Case, name: str, fly: Fly, most: int = MOST) -> tuple[Case, int
             if _shows(fly(smaller), name):
                 case, changed = smaller, True
                 break
-    return _rounded(case, name, fly, flights, most)
+    return case, flights
 
 
 def _shows(judged: Judged, name: str) -> bool:
@@ -85,44 +82,3 @@ def _without(table: Table, drone: int) -> Table:
 
 def _with(faults: list[Table], place: int, fault: Table) -> list[Table]:
     return [fault if k == place else other for k, other in enumerate(faults)]
-
-
-def _rounded(case: Case, name: str, fly: Fly, flights: int, most: int) -> tuple[Case, int]:
-    """Round each number of faults, starts and conditions to as few digits as still show it."""
-    for path in list(_leaves(_tree(case))):
-        for digits in DIGITS:
-            value = float(reduce(lambda inner, key: inner[key], path, _tree(case)))
-            if value == round(value, digits):
-                break
-            if flights >= most:
-                return case, flights
-            rounder = replace(case, **_put(_tree(case), path, round(value, digits)))
-            flights += 1
-            if _shows(fly(rounder), name):
-                case = rounder
-                break
-    return case, flights
-
-
-Path = tuple[str | int, ...]
-
-
-def _tree(case: Case) -> Any:  # noqa: ANN401  (of TOML tables)
-    return {"faults": case.faults, "table": case.table}
-
-
-def _leaves(value: Any) -> Iterator[Path]:  # noqa: ANN401  (of a TOML table)
-    if isinstance(value, float):
-        yield ()
-    elif isinstance(value, dict):
-        yield from ((key, *path) for key, inner in value.items() for path in _leaves(inner))
-    elif isinstance(value, list | tuple):
-        yield from ((k, *path) for k, inner in enumerate(value) for path in _leaves(inner))
-
-
-def _put(tree: Any, path: Path, value: float) -> Any:  # noqa: ANN401  (of a TOML table)
-    if not path:
-        return value
-    copy = list(tree) if isinstance(tree, list | tuple) else dict(tree)
-    copy[path[0]] = _put(tree[path[0]], path[1:], value)  # type: ignore[index]
-    return copy

@@ -240,7 +240,7 @@ def study(
     if scheduler:
         refuse_unused("--scheduler", {"--jobs": jobs})
     if search or liveness or replay is not None:
-        from flockwire_operator.cli import search as searches  # noqa: PLC0415  (cma, ribs)
+        from flockwire_operator.cli import search as searches  # noqa: PLC0415  (ribs)
 
     loaded = load(swarm).swarm
     folder = out or Path("runs") / f"{loaded.name}-study-{clock.local():%Y%m%d-%H%M%S}"

@@ -44,7 +44,7 @@ def test_a_short_fault_is_over_by_itself() -> None:
 @pytest.mark.parametrize("duration", [2.0, 6.0])
 def test_who_landed_is_started_once_more(duration: float) -> None:
     judged, told = flown({"at": 3.0, "kind": "tracker", "drone": 1, "duration": duration})
-    assert "own pose lost: land" in judged.rungs
+    assert "own pose lost: land" in judged.reactions
     assert judged.violations == []
     assert starts(told) == 2
 

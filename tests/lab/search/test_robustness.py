@@ -12,7 +12,7 @@ from flockwire_core.loading import parse_swarm
 from flockwire_core.wire.phase import Phase
 from flockwire_lab.search.flown import Flown, Reports, States
 from flockwire_lab.search.margin import BOUNDS, Margin, age, owed
-from flockwire_lab.search.robustness import closest, first_outside, margins
+from flockwire_lab.search.robustness import closest, margins
 
 rtamt = pytest.importorskip("rtamt")  # its parser needs a Python below 3.13
 SWARM = parse_swarm(
@@ -278,10 +278,3 @@ def test_who_is_outside_once_its_driver_is_awake_again_may_come_back() -> None:
     assert margin(10.0) == 1.0
     assert margin(10.0, again=12.0) == pytest.approx(-1.0)
     assert margin(10.0, still=((5.0, 9.0),)) == 1.0  # the world was frozen
-
-
-def test_the_first_time_outside_the_fence() -> None:
-    places = still_at(1.0)
-    places[50:, 0] = 3.5
-    assert first_outside(flew(places={"uav0": places, "uav1": still_at(1.0)})) == pytest.approx(5.0)
-    assert first_outside(flew(places={"uav0": still_at(1.0), "uav1": still_at(1.0)})) is None
