@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import ctypes
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from flockwire_core.wire.codec import Message
 
 BACKLOG: Final = 256  # samples of one key that are buffered; beyond, the oldest is dropped and counted as an overflow
+_thread: Final = threading.local()
 BEHIND: Final = 1_000_000  # ns since a key was handled within which its next sample has waited: this process is behind
 
 
@@ -74,6 +76,7 @@ class Prompt(Input):
 
     def arrived(self, sample: zenoh.Sample) -> None:
         """Buffer the sample and announce it. Called by Zenoh, in its thread."""
+        _keep_thread_state()
         self._waiting.append(sample)
         if self.inbox.keep_all or not self._announced:
             self._announced = True
@@ -143,6 +146,12 @@ def call_soon(loop: asyncio.AbstractEventLoop, function: Callable[..., None], *a
 
 def _raise(error: Exception) -> None:
     raise error
+
+
+def _keep_thread_state() -> None:
+    """Keep what Python has of this thread, one of Zenoh's: else each callback maps it, and unmaps it at its end."""
+    if not hasattr(_thread, "kept"):
+        _thread.kept = ctypes.pythonapi.PyGILState_Ensure()
 
 
 def _bytes(sample: zenoh.Sample) -> tuple[bytes, bytes]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import ctypes
 import threading
 from types import SimpleNamespace
 
@@ -72,6 +73,17 @@ def test_zenohs_thread_handles_what_arrives_when_direct_and_the_loop_when_not():
 
     assert asyncio.run(handled(True)) == [(False, 1.0)]
     assert asyncio.run(handled(False)) == [(True, 1.0)]
+
+
+def test_what_python_has_of_each_thread_of_zenoh_is_kept_also_with_the_number_of_one_that_has_ended(monkeypatch):
+    async def kept() -> int:
+        bench, calls = Bench(), []
+        monkeypatch.setattr(ctypes, "pythonapi", SimpleNamespace(PyGILState_Ensure=lambda: calls.append(1)))
+        for _ in range(5):
+            bench.arrive(1.0, 2.0)
+        return len(calls)
+
+    assert asyncio.run(kept()) == 5
 
 
 def test_zenohs_thread_never_waits_for_the_lock():
