@@ -48,20 +48,23 @@ class Observed(NamedTuple):
 class Shown(NamedTuple):
     """What a process reported from `stamp` (Unix ns) on, as pages show it.
 
-    `phase` is the shown one, `why` its detail and reasons, `formation` the one that it was ordered to fly, None: none.
+    `phase` is the shown one, `why` its detail and reasons, `codes` those of its reasons, `formation` the one that it
+    was ordered to fly, None: none.
     """
 
     stamp: int
     phase: str
     why: str = ""
     formation: str | None = None
+    codes: tuple[str, ...] = ()
 
 
 def shown(status: Status) -> Shown:
     """Return what pages show of a status."""
     report, mission = status.report, status.report.mission
     formation = mission.formation if mission is not None and mission.in_formation else None
-    return Shown(status.stamp, shown_phase(report), report.line[:LONGEST_REASON], formation)
+    codes = tuple([code for code in (report.code, *(reason.code for reason in report.reasons)) if code])
+    return Shown(status.stamp, shown_phase(report), report.line[:LONGEST_REASON], formation, codes)
 
 
 def append_change(history: list[Shown], new: Shown) -> None:

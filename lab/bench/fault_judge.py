@@ -28,7 +28,7 @@ from rare_swarms import SIDE
 
 LOOKING = 30.0  # s for which a landing may look for a free place in a room with hardly one
 DISTANCES = ("distance:", "clearance:")  # law "paper", without a safety filter, promises none (docs/study.md)
-NO_PLACE = f"pilot: landing, {CROWDED.text}"
+NO_PLACE = f"pilot: landing, {CROWDED.code}"
 UNOWED = {  # a hand still holds it; it obeys its last command; it is elsewhere until its pilot knows (docs/safety.md)
     HAND: ("down",), UPLINK: ("fence", "clearance"), APART: ("distance", "clearance", "fence"),
 }  # fmt: skip

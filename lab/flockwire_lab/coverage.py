@@ -1,18 +1,16 @@
 """Coverage by what traces show: how many flights had each event.
 
-An event is a change of a phase, a reason for one, an order, a count of what was rejected, a kind of key.
+An event is a change of a phase, the code of a reason, an order, a count of what was rejected, a kind of key.
 """
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 
 from flockwire_analysis.recorded import Trace
+from flockwire_core.pilot.reactions import TABLE
 from flockwire_core.pilot.transitions import PHASES, transitions
-
-_VALUES = re.compile(r"[\d:(].*")  # of a reason, from its first number on: "own pose lost for 1.2 s"
 
 
 def events(trace: Trace) -> dict[str, int]:
@@ -28,18 +26,14 @@ def events(trace: Trace) -> dict[str, int]:
             if phase and change.phase != phase:
                 found[f"{kind}: {phase} to {change.phase}"] += 1
             phase = change.phase
-            found.update(f"{kind}: {phase}, {reason}" for reason in _reasons(change.why))
+            found.update(f"{kind}: {phase}, {code}" for code in change.codes)
     for process in trace.vitals:
         found.update({f"count: {name}": count for name, count in process.last.report.counts})
     return {event: count for event, count in sorted(found.items()) if count}
 
 
-def _reasons(why: str) -> Iterator[str]:
-    yield from filter(None, (_VALUES.sub("", reason).strip() for reason in why.split("; ")))
-
-
 def table(flights: Iterable[Mapping[str, int]]) -> Iterator[str]:
-    """Yield, line by line, how many flights had each event; then the transitions of pilots that none had."""
+    """Yield, line by line, how many flights had each event; then what no pilot did: transitions and reactions."""
     count, reached, times = 0, Counter[str](), Counter[str]()
     for flight in flights:
         count += 1
@@ -55,3 +49,5 @@ def table(flights: Iterable[Mapping[str, int]]) -> Iterator[str]:
         if before in row.before and before is not row.after
     }
     yield from (f"never: {event}" for event in sorted(named - reached.keys()))
+    codes = {event.rpartition(", ")[2] for event in reached}
+    yield from (f"never: {row.code}" for row in TABLE if row.text and row.code not in codes)

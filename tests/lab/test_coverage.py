@@ -18,15 +18,24 @@ def test_a_flight_has_its_phases_orders_and_reasons(make_plan: Callable[..., Pla
     found = events(trace)
     expected = {
         "order: takeoff", "order: start", "key: command", "pilot: take-off to hold", "pilot: hold to formation",
-        "pilot: landing, own pose lost for", "pilot: landing to grounded",
+        "pilot: landing, own pose lost: land", "pilot: landing to grounded",
     }  # fmt: skip
     assert expected <= found.keys()
     assert all(found.values())
 
 
-def test_the_table_counts_flights_and_names_transitions_that_none_had() -> None:
-    lines = list(table([{"pilot: take-off to hold": 2}, {"pilot: take-off to hold": 1, "order: stop": 1}]))
-    assert [line.split()[-2:] for line in lines[1:3]] == [["1", "1"], ["2", "3"]]
-    assert "2 events in 2 flights" in lines
+def test_the_table_counts_flights_and_names_transitions_and_reactions_that_none_had() -> None:
+    lines = list(
+        table(
+            [
+                {"pilot: take-off to hold": 2, "pilot: hold, own pose: hold": 1},
+                {"pilot: take-off to hold": 1, "order: stop": 1},
+            ]
+        )
+    )
+    assert [line.split()[-2:] for line in lines[1:4]] == [["1", "1"], ["1", "1"], ["2", "3"]]
+    assert "3 events in 2 flights" in lines
+    assert "never: fence: land" in lines
+    assert "never: own pose: hold" not in lines
     assert "never: pilot: hold to formation" in lines
     assert "never: pilot: take-off to hold" not in lines
