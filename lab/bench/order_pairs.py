@@ -89,7 +89,7 @@ class Seen:
 
     def take(self, published: Published) -> None:
         """Take one message."""
-        if published.key.kind not in ("status", "mission"):
+        if published.key.kind not in ("status", "mission", "proposal"):
             return
         match published.message:
             case Status(stamp=stamp, identity=identity, report=report):

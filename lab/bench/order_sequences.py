@@ -29,10 +29,11 @@ from flockwire_core.ground.giving import Giving
 from flockwire_core.ground.known_orders import KnownOrders
 from flockwire_core.ground.operator import GIVINGS
 from flockwire_core.ground.order import ENDING, Answer, Order
+from flockwire_core.pilot.orders import rank
 from flockwire_core.process.cores import Ground
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.codec import Message
-from flockwire_core.wire.keys import MISSION, Key
+from flockwire_core.wire.keys import MISSION, PROPOSAL, Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import Report, Status
@@ -186,7 +187,7 @@ class Desk(Ground):
             )
             if isinstance(message, Mission):
                 received.known.learn(message)
-                messages.append((MISSION, message))
+                messages.append((MISSION if rank(message) else PROPOSAL, message))
             if asked.giving.answer is not None:
                 self.replies.append((asked.given, asked.giving.answer))
         self.under_way = [asked for asked in self.under_way if asked.giving.answer is None]

@@ -1,6 +1,7 @@
 """The gateway's core: it publishes each drone's pose and nearby bodies.
 
-It also repeats the operator's newest order twice a second, unchanged, for late joiners.
+It also decides which proposed orders are accepted, and repeats the order in force twice a second, unchanged, for late
+joiners.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from flockwire_core.pilot.orders import Orders
 from flockwire_core.process.cores import Ground, Start
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
-from flockwire_core.wire.keys import MISSION, Key
+from flockwire_core.wire.keys import MISSION, PROPOSAL, Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.processes import Roster
 from flockwire_core.wire.status import APART, Report, Status
@@ -50,7 +51,7 @@ class GatewayCore(Ground):
         super().__init__()
         self.source = source
         self.triggers = source.triggers
-        self.prompt = frozenset({MISSION})
+        self.prompt = frozenset({MISSION, PROPOSAL})
         self.period = 1.0 / swarm.gateway.rate_hz
         self._swarm = swarm
         self._drones = {swarm.body(i): i for i in swarm.tracked}
@@ -72,10 +73,8 @@ class GatewayCore(Ground):
         self.source.receive(key, message, now)
         if isinstance(message, Status):
             self._take_status(message)
-        elif isinstance(message, Mission) and self._orders.take(message, now):
-            self._repeat_at = now + REPEAT
-            if message.verb in TAKE_OFF:
-                self._field.forget_drones(message.without)
+        elif isinstance(message, Mission):
+            self._take_order(key, message, now)
 
     def due(self, key: Key) -> bool:
         """Return whether the message that was just received completed a frame."""
@@ -119,6 +118,17 @@ class GatewayCore(Ground):
             phase, detail, mission=self._orders.mission, latency=latency, counts=state.counts,
             concurrent=self._orders.concurrent, order_age=self._orders.age(now),
         )  # fmt: skip
+
+    def _take_order(self, key: Key, order: Mission, now: int) -> None:
+        """Receive an order. A proposal that names all orders in force here is accepted: the next step publishes it."""
+        accepted = self._orders.take(order, now)
+        if accepted and order.verb in TAKE_OFF:
+            self._field.forget_drones(order.without)
+        holding = self._orders.mission
+        if key == PROPOSAL and holding is not None and holding.version == order.version:
+            self._repeat_at = now  # also if it is proposed again: a pilot lacks it
+        elif accepted:
+            self._repeat_at = now + REPEAT
 
     def _take_status(self, status: Status) -> None:
         """Keep a drone whose pilot uses its poses no more at its last place, as a lost body."""

@@ -20,10 +20,11 @@ import zenoh
 from flockwire_core import clock
 from flockwire_core.domain.order import Mission
 from flockwire_core.loading import load_swarm
+from flockwire_core.pilot.orders import rank
 from flockwire_core.runtime.session import RouterAbsentError, Session
 from flockwire_core.security.files import Credentials
 from flockwire_core.security.pki import make_keys
-from flockwire_core.wire.keys import MISSION
+from flockwire_core.wire.keys import MISSION, PROPOSAL
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import DRONE_PORTS, OPERATOR, SINGLE_PORTS
 from flockwire_core.wire.status import Status
@@ -151,7 +152,8 @@ class Tower:
         now = clock.now()
         known = tuple({version: None for status in self.statuses.values() for version in status.report.newest})
         start = now + round(delay * 1e9)
-        self._session.publish([(MISSION, Mission(now, self._swarm.frame, verb, start, knows=known))])
+        order = Mission(now, self._swarm.frame, verb, start, knows=known)
+        self._session.publish([(MISSION if rank(order) else PROPOSAL, order)])
 
     def wait(self, met: Callable[[dict[str, Status]], bool], seconds: float = PATIENCE) -> dict[str, Status]:
         """Poll until the fresh statuses are as wanted."""

@@ -16,9 +16,10 @@ from flockwire_core.ground.giving import LOOK_TIME, ChangeGiving, DownGiving, Gi
 from flockwire_core.ground.known_orders import KnownOrders
 from flockwire_core.ground.order import ENDING, Answer, Order
 from flockwire_core.ground.starting import StartGiving
+from flockwire_core.pilot.orders import rank
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.codec import Message
-from flockwire_core.wire.keys import MISSION, STOP, Key
+from flockwire_core.wire.keys import MISSION, PROPOSAL, STOP, Key
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import Status
 
@@ -156,7 +157,7 @@ class OperatorCore:
         if director is not None and director.stage is not Stage.OVER:
             due = director.step(fleet)
             if due is not None:
-                yield MISSION, due
+                yield _key(due), due
 
     def _give(self, one: Asked, fleet: Fleet) -> Iterator[tuple[Key, Message]]:
         """Continue an order; it is answered once and then ends, except for a stop, which is repeated for STOP_TIME."""
@@ -168,7 +169,7 @@ class OperatorCore:
         if one.giving.answer is None or one.order.verb == "stop":
             message = one.giving.step(fleet)
         if message is not None:
-            yield STOP if isinstance(message, Stop) else MISSION, message
+            yield _key(message), message
         if one.giving.answer is None:
             return
         if message is None:
@@ -176,6 +177,13 @@ class OperatorCore:
         if not one.is_answered:
             one.is_answered = True
             one.answered(one.giving.answer)
+
+
+def _key(message: Mission | Stop) -> Key:
+    """Return the key of an order: what takes up is proposed to the gateway."""
+    if isinstance(message, Stop):
+        return STOP
+    return MISSION if rank(message) else PROPOSAL
 
 
 def _line(answer: Answer) -> str:

@@ -237,9 +237,13 @@ TABLE = (
         _any_of(_led, _locating, _all(*ORDERING, ROS)), 40, 16384, Delivery.BACKGROUND,
     ),
     KeyRow(
-        # The gateway repeats the newest mission, stamp unchanged, for those who join late.
-        "mission", Mission, _everybody,
-        _any_of(_all(*ORDERING, GATEWAY), _ros_orders("start", "formation", "hold", "land")),
+        # An order that takes up: the gateway accepts it, and publishes it as the mission, or not.
+        "proposal", Mission, _everybody, _any_of(_all(*ORDERING), _ros_orders("start", "formation")), _all(GATEWAY),
+        400, 8192, Delivery.EVENT, None, ANY_TIME, each=True,
+    ),
+    KeyRow(
+        # A hold and a landing go to all at once. The gateway repeats the order in force, stamp unchanged.
+        "mission", Mission, _everybody, _any_of(_all(*ORDERING, GATEWAY), _ros_orders("hold", "land")),
         _any_of(_all(GATEWAY, LEADING, AGENT), _walker),
         400, 8192, Delivery.EVENT, None, ANY_TIME, keep_all=True,
     ),
@@ -260,6 +264,7 @@ TABLE = (
 
 ROWS = {row.kind: row for row in TABLE}
 MISSION = Key("mission")
+PROPOSAL = Key("proposal")
 STOP = Key("stop")
 
 

@@ -13,7 +13,8 @@ from flockwire_core.ground.director import POLL_PERIOD, Stage
 from flockwire_core.ground.giving import ANSWER_TIME, LOOK_TIME, STOP_TIME
 from flockwire_core.ground.operator import ELSEWHERE, ENDED, OperatorCore
 from flockwire_core.ground.order import Answer, Order
-from flockwire_core.wire.keys import MISSION, STOP, Key
+from flockwire_core.pilot.orders import rank
+from flockwire_core.wire.keys import MISSION, PROPOSAL, STOP, Key
 from flockwire_core.wire.status import Report, Status
 
 BEGAN = 1_790_000_000 * SECOND
@@ -35,7 +36,7 @@ class Station:
         before = len(self.published)
         for _ in range(round(seconds / POLL_PERIOD)):
             for key, message in self.core.step(self.now):
-                assert key == (STOP if isinstance(message, Stop) else MISSION)
+                assert key == (STOP if isinstance(message, Stop) else MISSION if rank(message) else PROPOSAL)
                 self.published.append(message)
             self.now += STEP
         return ["stop" if isinstance(message, Stop) else message.verb for message in self.published[before:]]

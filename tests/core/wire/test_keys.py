@@ -1,6 +1,17 @@
 import pytest
 from flockwire_core.swarm.model import uav
-from flockwire_core.wire.keys import MISSION, ROWS, STOP, TABLE, TIME_REPLY, TIME_REQUEST, Delivery, Key, key_text
+from flockwire_core.wire.keys import (
+    MISSION,
+    PROPOSAL,
+    ROWS,
+    STOP,
+    TABLE,
+    TIME_REPLY,
+    TIME_REQUEST,
+    Delivery,
+    Key,
+    key_text,
+)
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import PROCESSES, Roster
 from hypothesis import given, settings
@@ -23,6 +34,7 @@ CHAIN = {  # the paper's: {key: (who publishes it, who subscribes to it beside t
     **{Key("status", pilot): ({pilot}, {"gateway", *ORDERING}) for pilot in AGENTS},  # whose poses are not their own
     Key("status", "leader"): ({"leader"}, {"gateway", "uav1", *ORDERING}),  # and whether it leads
     **{Key("batch", identity): ({identity}, set()) for identity in STARTED if identity != "recorder"},
+    PROPOSAL: (ORDERING, {"gateway"}),
     MISSION: ({*ORDERING, "gateway"}, {"gateway", *PILOTS}),
     STOP: (ORDERING, {"kinematics", *PILOTS}),
 }
@@ -132,8 +144,8 @@ def test_no_two_rows_have_one_kind():
 
 
 def test_orders_are_events_and_only_the_mission_lasts():
-    assert {row.kind for row in TABLE if row.delivery is Delivery.EVENT} == {"mission", "stop"}
-    assert [row.kind for row in TABLE if row.maximum_age is None] == ["mission", TIME_REQUEST, TIME_REPLY]
+    assert {row.kind for row in TABLE if row.delivery is Delivery.EVENT} == {"proposal", "mission", "stop"}
+    assert [row.kind for row in TABLE if row.maximum_age is None] == ["proposal", "mission", TIME_REQUEST, TIME_REPLY]
 
 
 def test_a_keys_text_is_a_topic_below_the_swarms_name(make_swarm):

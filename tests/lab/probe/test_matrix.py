@@ -170,7 +170,7 @@ def test_an_attacker_does_not_wait_for_its_own_messages(plan):
 
 
 def test_orders_need_not_flow_all_the_time_but_may_be_given(plan):
-    assert {row.kind for row in ROWS.values() if row.delivery is Delivery.EVENT} == {"mission", "stop"}
+    assert {row.kind for row in ROWS.values() if row.delivery is Delivery.EVENT} == {"proposal", "mission", "stop"}
     assert judged(plan, "uav1", unreceived=[MISSION, STOP]) == []
     (found,) = judged(plan, OPERATOR, unpublished=[(STOP, "kinematics")])
     assert (found.key, found.receiver, found.leak) == ("flock/stop", "kinematics", False)

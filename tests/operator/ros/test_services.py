@@ -10,7 +10,7 @@ import pytest
 from flockwire_core.domain.airframe import FlightState, Telemetry
 from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.domain.time import SECOND
-from flockwire_core.wire.keys import MISSION, STOP, Key
+from flockwire_core.wire.keys import MISSION, PROPOSAL, STOP, Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import Report, Status
 from flockwire_operator.ros.core import RosCore
@@ -44,7 +44,7 @@ class Flown:
                 told = Telemetry(self.now, "world", FlightState.FLYING, 1.0, 1.0, 0.0)
                 self.core.receive(Key("telemetry", f"uav{drone}"), told, self.now)
             for key, message in self.core.step(self.now):
-                assert key in (MISSION, STOP)
+                assert key in (MISSION, PROPOSAL, STOP)
                 self.published.append(message)
                 if isinstance(message, Mission):
                     self.obeyed |= {p: message for p in self.plan.pilots.values() if p not in self.deaf}
@@ -126,7 +126,7 @@ def test_requests_of_one_order_share_its_answer_and_a_flood_is_refused(flown: Ca
 
 def test_rights_to_publish_orders_are_those_of_the_file(ros_plan: Callable[..., Any]) -> None:
     for orders, keys in (
-        ([], set()), (["stop"], {STOP}), (["hold"], {MISSION}), (["formation", "stop"], {MISSION, STOP}),
+        ([], set()), (["stop"], {STOP}), (["hold"], {MISSION}), (["formation", "stop"], {PROPOSAL, STOP}),
     ):  # fmt: skip
         plan = ros_plan({"ros.orders": orders})
         assert set(plan.publishes["ros"]) == {Key("status", "ros"), *keys}, orders
