@@ -20,7 +20,7 @@ COMPILED = (
         for name in ("batch", "cdr", "codec", "inbox", "orders", "phase", "status", "status_codec")
     ),
     "core/flockwire_core/pilot",
-    *(f"core/flockwire_core/ground/{name}.py" for name in ("fleet", "lost", "standing")),
+    *(f"core/flockwire_core/ground/{name}.py" for name in ("fleet", "known_orders", "lost", "order_log")),
     *(f"core/flockwire_core/process/{name}.py" for name in ("stepping", "timekeeping")),
     *(
         f"core/flockwire_core/runtime/{name}.py"

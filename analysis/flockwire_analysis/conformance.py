@@ -2,7 +2,7 @@
 
 Each status shows a pilot just after a step. Between two statuses there are others, under conditions of which the trace
 shows only a part. A change is allowed where some conditions that agree with the trace lead to it: for phases by the
-table pilot/transitions.csv, for orders by Orders.take.
+table pilot/transitions.csv, for orders by the numbers of the gateway's log.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from typing import NamedTuple
 from flockwire_core.domain.airframe import FlightState
 from flockwire_core.domain.order import Mission, Version
 from flockwire_core.domain.time import SECOND
-from flockwire_core.pilot.orders import Orders, came_down
-from flockwire_core.pilot.phases import ORDERED
+from flockwire_core.pilot.orders import rank
+from flockwire_core.pilot.phases import IN_FLIGHT, ORDERED
 from flockwire_core.pilot.transitions import PHASES, bits, reachable
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.phase import Phase
@@ -72,6 +72,7 @@ class _Replay:
         self._trace, self._number, self._life = trace, number, life
         self._telemetry = trace.of("telemetry", number)
         self._newest = 0  # stamp, Unix ns
+        self._landed = 0  # when it was seen in flight last before it stood without an order to land, Unix ns
         self._set_back = False  # its clock: stamps of others are none of its own before this one
 
     def deviations(self) -> Iterator[str]:
@@ -83,11 +84,12 @@ class _Replay:
             where = f"{uav(self._number)} at {at(self._trace, after.stamp)}"
             if after.phase not in self._phases(before, after, orders):
                 yield f"{where}: {after.phase} after {before.phase} ({_verb(before)}, {_verb(after)})"
+            if before.phase in IN_FLIGHT and after.phase not in IN_FLIGHT and _verb(after) != "land":
+                self._landed = before.stamp
             if version_of(before.mission) == version_of(after.mission):
                 continue
             past.update(version for version in (version_of(before.mission),) if version is not None)
-            latest = self._trace.end if self._set_back else after.stamp  # of its clock between the two
-            if version_of(after.mission) in past or not _may_hold(before, after, orders, latest):
+            if version_of(after.mission) in past or not _may_follow(before, after, orders):
                 yield f"{where}: {_verb(after)} holds after {_verb(before)}"
 
     def _phases(self, before: Observed, after: Observed, orders: tuple[Mission | None, ...]) -> frozenset[Phase]:
@@ -143,10 +145,10 @@ class _Replay:
         """Return whether `order` may be from before the process, or the drone have come down since."""
         if order is None or order.stamp <= self._life.after:
             return (True,)
-        spent = [came_down(order) in one.concurrent for one in (before, after)]
-        if all(spent):
+        if order.stamp <= self._landed:
             return (True,)
-        return (False, True) if any(spent) or order.stamp <= self._life.before else (False,)
+        landed = before.phase in IN_FLIGHT and after.phase not in IN_FLIGHT
+        return (False, True) if landed or order.stamp <= self._life.before else (False,)
 
     def _airborne(self, first: int, last: int) -> tuple[bool, ...]:
         """Return whether the drone may have flown, by the telemetry from `first` to `last` (Unix ns, 0: none)."""
@@ -171,23 +173,21 @@ class _Replay:
         return (*ends, *(one for one in self._trace.orders if one.version not in known and one.stamp in given))
 
 
-def _may_hold(before: Observed, after: Observed, orders: tuple[Mission | None, ...], latest: int) -> bool:
-    """Return whether the order of `after` may have taken the place of that of `before`, one of `orders` between.
+def _may_follow(before: Observed, after: Observed, orders: tuple[Mission | None, ...]) -> bool:
+    """Return whether the order of `after` may have taken the place of that of `before`, with `orders` between.
 
-    Both came by `latest` (Unix ns) of the pilot's clock.
+    An order of the log follows one with a lower number, and a hold or landing that it has numbered or outranks. One
+    without a number follows what it outranks, or an upward order that came between.
     """
-    order = after.mission
-    if order is None:
-        return False
-    for between in (None, *orders):
-        taken = Orders()
-        taken.mission, taken.concurrent = before.mission, before.concurrent
-        if between is not None and between.version not in (version_of(before.mission), order.version):
-            taken.take(between, latest)
-        taken.take(order, latest)
-        if version_of(taken.mission) == order.version:
-            return True
-    return False
+    order, was = after.mission, before.mission
+    if order is None or was is None:
+        return order is not None
+    if order.number and was.number:
+        return order.number > was.number
+    if order.number:
+        numbered = {*order.downs, order.version}
+        return rank(order) > rank(was) or not numbered.isdisjoint(before.unnumbered)
+    return rank(order) >= rank(was) or any(one is not None and not rank(one) for one in orders)
 
 
 def _combined(*alternatives: Iterable[int]) -> frozenset[int]:

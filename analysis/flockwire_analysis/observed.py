@@ -26,7 +26,7 @@ class Observed(NamedTuple):
     steps: int
     phase: str
     mission: Mission | None
-    concurrent: tuple[Version, ...]
+    unnumbered: tuple[Version, ...]
     reasoned: bool
     telemetry: int
 
@@ -36,7 +36,7 @@ class Observed(NamedTuple):
             self.phase == other.phase
             and self.reasoned == other.reasoned
             and version_of(self.mission) == version_of(other.mission)
-            and self.concurrent == other.concurrent
+            and self.unnumbered == other.unnumbered
             and not self.restarted_since(other)
         )
 
@@ -80,7 +80,7 @@ def observed(status: Status, publisher: Hashable) -> Observed:
     report = status.report
     age = report.telemetry_age
     return Observed(
-        status.stamp, publisher, status.steps, report.phase, report.mission, report.concurrent,
+        status.stamp, publisher, status.steps, report.phase, report.mission, report.unnumbered,
         bool(report.detail) or any(reason.code == LAW_FAILED for reason in report.reasons),
         status.stamp - round(age * SECOND) if age != -1.0 else 0,
     )  # fmt: skip

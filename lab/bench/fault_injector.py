@@ -73,7 +73,7 @@ class Injector:
         """Have a station land all that are still up, again if need be."""
         scheduler, station = self._world.scheduler, self._world.station(identity)
         for second in range(LANDING * LANDINGS):
-            if not station.core.asked and not self._flies:
+            if not station.core.is_ordering and not self._flies:
                 return
             if second % LANDING == 0:
                 station.ask(Order("land"))

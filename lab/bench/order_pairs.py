@@ -94,7 +94,11 @@ class Seen:
         match published.message:
             case Status(stamp=stamp, identity=identity, report=report):
                 was, self.reports[identity] = self.reports.get(identity), report
-                if was is None or (was.phase, was.newest) != (report.phase, report.newest):
+                if was is None or (was.phase, was.mission, was.unnumbered) != (
+                    report.phase,
+                    report.mission,
+                    report.unnumbered,
+                ):
                     self.changed = stamp
             case Mission() as mission:
                 self.given.setdefault(mission.giver >> 16, set()).add(mission.version)
@@ -170,7 +174,7 @@ def _wrong(case: Case, seen: Seen, pilots: tuple[str, ...], answers: tuple[Answe
     holding = next((mission for mission in missions if mission is not None), None)
     if holding is not None and case.first in ("hold", "land") and holding.verb in ("takeoff", "start", "formation"):
         newest = {version for version in seen.given.get(1, set()) if version.stamp >= begin}
-        if not newest.intersection(holding.knows):
+        if not newest.intersection(holding.downs):
             return f"{holding.verb} holds, which was made without knowledge of {case.first}"
     return _not_held(case, phases) or _dishonest(case, phases, answers)
 

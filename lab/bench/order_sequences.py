@@ -22,12 +22,11 @@ from typing import NamedTuple
 from flockwire_core.domain.airframe import Telemetry
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.ground.delivery import OrderDelivery
 from flockwire_core.ground.director import POLL_PERIOD
 from flockwire_core.ground.fleet import Fleet
 from flockwire_core.ground.formation_planning import ChangeRefusedError, plan_in_time
-from flockwire_core.ground.giving import Giving
-from flockwire_core.ground.known_orders import KnownOrders
-from flockwire_core.ground.operator import GIVINGS
+from flockwire_core.ground.operator import DELIVERIES
 from flockwire_core.ground.order import ENDING, Answer, Order
 from flockwire_core.pilot.orders import rank
 from flockwire_core.process.cores import Ground
@@ -126,7 +125,6 @@ class Received:
     """The newest status of each process and telemetry of each drone that one process has received."""
 
     def __init__(self) -> None:
-        self.known = KnownOrders()
         self.statuses: dict[str, Status] = {}
         self.telemetry: dict[int, Telemetry] = {}
 
@@ -134,7 +132,7 @@ class Received:
 class Asked:
     """An order that is under way, with what the process that gives it has received."""
 
-    def __init__(self, given: Given, made: Giving, linked: int, page: Received | None) -> None:
+    def __init__(self, given: Given, made: OrderDelivery, linked: int, page: Received | None) -> None:
         self.given, self.giving, self.linked = given, made, linked
         self.begins = linked + nanoseconds(given.timed)
         self.received = Received() if page is None else page
@@ -158,7 +156,7 @@ class Desk(Ground):
         page = given.giver == PAGE
         if page and given.order.verb in ENDING:
             self.under_way = [a for a in self.under_way if a.given.giver != PAGE or a.given.order.verb in ENDING]
-        made = GIVINGS[given.order.verb](self._plan, given.order, number, now)
+        made = DELIVERIES[given.order.verb](self._plan, given.order, number, now)
         self.under_way.append(Asked(given, made, now + nanoseconds(given.linked), self._page if page else None))
 
     def receive(self, key: Key, message: Message, now: int) -> None:
@@ -167,7 +165,6 @@ class Desk(Ground):
         for received in (self._page, *linked):
             if isinstance(message, Status):
                 received.statuses[message.identity] = message
-                received.known.read(message)
             elif isinstance(message, Telemetry):
                 received.telemetry[self._drones[key.owner]] = message
 
@@ -182,11 +179,8 @@ class Desk(Ground):
             if now < asked.begins or self._plans(asked, now):
                 continue
             received = asked.received
-            message = asked.giving.step(
-                Fleet(self._plan.pilots, received.statuses, received.telemetry, now, received.known)
-            )
+            message = asked.giving.step(Fleet(self._plan.pilots, received.statuses, received.telemetry, now))
             if isinstance(message, Mission):
-                received.known.learn(message)
                 messages.append((MISSION if rank(message) else PROPOSAL, message))
             if asked.giving.answer is not None:
                 self.replies.append((asked.given, asked.giving.answer))
@@ -228,7 +222,7 @@ class Watch:
             return
         was = self.reports.get(status.identity)
         now, self.reports[status.identity] = status.report, status.report
-        if was is None or (was.phase, was.newest) != (now.phase, now.newest):
+        if was is None or (was.phase, was.mission, was.unnumbered) != (now.phase, now.mission, now.unnumbered):
             self.moved = status.stamp
         if was is not None and self.last and status.stamp > self.arrived and not self.wrong:
             self.wrong = self._wrong(status.identity, status.stamp, was, now)

@@ -17,7 +17,7 @@ def events(trace: Trace) -> dict[str, int]:
     """Return how often each event happened in a flight."""
     found = Counter[str](f"order: {order.verb}" for order in trace.orders)
     found["order: stop"] += len(trace.stops)
-    found["order: beside another one"] += sum(bool(one.concurrent) for of in trace.histories.values() for one in of)
+    found["order: beside another one"] += sum(bool(one.unnumbered) for of in trace.histories.values() for one in of)
     found.update(f"key: {key.kind}" for key, series in trace.series.items() if len(series))
     for identity, changes in trace.shown.items():
         row = trace.plan.rows.get(identity)

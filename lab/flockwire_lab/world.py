@@ -83,6 +83,7 @@ class World:
         self._limit = EPOCH + nanoseconds(duration + LONGEST)
         self._network = DatagramNetwork(swarm.sim, seed, self.scheduler)
         self._seated: dict[str, Core] = {}
+        self._stores: dict[str, MemoryStore] = {}
         self._stopwatches: dict[str, Stopwatch] = {}  # of real time, for users' laws
         self.processes = self._processes()
         self._connect()
@@ -161,7 +162,8 @@ class World:
         def make(now: int, starts: int) -> Core:
             chance = Random(f"{self.swarm.gateway.seed} {self._seed} {identity} {starts}")  # noqa: S311  (noise)
             stopwatch = self._stopwatches[identity] = Stopwatch(clock.monotonic, 1.0 / self.swarm.control.rate_hz)
-            core = make_core(Start(self.plan, identity, now, chance, stopwatch))
+            store = self._stores.setdefault(identity, MemoryStore())
+            core = make_core(Start(self.plan, identity, now, chance, stopwatch, store))
             return faulty(core, self._faults, self.plan, identity, self._faulty.took_off)
 
         return make
@@ -213,6 +215,21 @@ class World:
     def _ordered(self, order: Mission) -> None:
         if order.verb == "takeoff" and self._faulty.took_off is None:
             self._faulty.begin()
+
+
+class MemoryStore:
+    """What a process keeps for its next one."""
+
+    def __init__(self) -> None:
+        self._data = b""
+
+    def read(self) -> bytes:
+        """Return what was written last, empty if nothing."""
+        return self._data
+
+    def write(self, data: bytes) -> None:
+        """Keep `data`."""
+        self._data = data
 
 
 @contextmanager

@@ -46,9 +46,8 @@ class TrackedLeader(Ground):
             self._trouble(silence, now),
             pose_age=(now - pose.stamp) / SECOND if pose is not None else -1.0,
             mission=self._orders.mission,
-            counts=self._orders.counts,
             position=pose.position if pose is not None else None,
-            concurrent=self._orders.concurrent,
+            unnumbered=self._orders.unnumbered,
             order_age=self._orders.age(now),
         )
 

@@ -38,6 +38,6 @@ class VirtualLeader(Ground):
         phase = Phase.FORMATION if point.moves(now) else Phase.READY
         orders = point.orders
         return Report(
-            phase, mission=orders.mission, counts=orders.counts, position=point.position,
-            concurrent=orders.concurrent, order_age=orders.age(now),
+            phase, mission=orders.mission, position=point.position, unnumbered=orders.unnumbered,
+            order_age=orders.age(now),
         )  # fmt: skip

@@ -16,11 +16,13 @@ from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.quaternion import IDENTITY
 from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.ground.order_log import OrderLog
 from flockwire_core.objects import load_object
-from flockwire_core.pilot.orders import Orders
-from flockwire_core.process.cores import Ground, Start
+from flockwire_core.process.cores import Ground, Start, Store
 from flockwire_core.swarm.model import Swarm, uav
-from flockwire_core.wire.codec import Message
+from flockwire_core.wire.cdr import MessageError
+from flockwire_core.wire.codec import Message, decode, encode
+from flockwire_core.wire.inbox import shifted
 from flockwire_core.wire.keys import MISSION, PROPOSAL, Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.processes import Roster
@@ -45,9 +47,9 @@ SOURCES: Mapping[str, str] = {  # "module:class", by gateway.source
 
 
 class GatewayCore(Ground):
-    """Poses and nearby bodies of `swarm`, as `source` tracks them."""
+    """Poses and nearby bodies of `swarm`, as `source` tracks them, and its log of orders, kept in `store`."""
 
-    def __init__(self, swarm: Swarm, source: Source) -> None:
+    def __init__(self, swarm: Swarm, source: Source, now: int = 0, store: Store | None = None) -> None:
         super().__init__()
         self.source = source
         self.triggers = source.triggers
@@ -64,7 +66,8 @@ class GatewayCore(Ground):
         self._pilots = {roster.pilot[i]: i for i in swarm.flying}
         self._strays: set[int] = set()  # the drones whose pilots report that the poses are not theirs
         self._latencies: deque[int] = deque(maxlen=LATENCIES)  # ns
-        self._orders = Orders()
+        self._store = store
+        self._log = OrderLog(frozenset(self._pilots), now, _kept(store))
         self._repeat_at = 0
         self._first_frame = self._last_frame = 0  # Unix ns
 
@@ -72,9 +75,9 @@ class GatewayCore(Ground):
         """Receive a message."""
         self.source.receive(key, message, now)
         if isinstance(message, Status):
-            self._take_status(message)
+            self._take_status(message, now)
         elif isinstance(message, Mission):
-            self._take_order(key, message, now)
+            self._take_order(message, now)
 
     def due(self, key: Key) -> bool:
         """Return whether the message that was just received completed a frame."""
@@ -99,9 +102,9 @@ class GatewayCore(Ground):
                 bodies = self._field.near(drone, position)
                 messages.append((self._nearby_keys[drone], Nearby(stamp, frame, bodies)))
             messages.append((self._pose_keys[drone], Pose(stamp, frame, position, claim.orientation)))
-        if self._orders.mission is not None and now >= self._repeat_at:
+        if self._log.order is not None and now >= self._repeat_at:
             self._repeat_at = now + REPEAT
-            messages.append((MISSION, self._orders.mission))
+            messages.append((MISSION, self._log.order))
         return messages
 
     def report(self, now: int) -> Report:
@@ -115,26 +118,37 @@ class GatewayCore(Ground):
             detail = self._unseen(lost, now)
         latency = median(self._latencies) / SECOND if self._latencies else -1.0
         return Report(
-            phase, detail, mission=self._orders.mission, latency=latency, counts=state.counts,
-            concurrent=self._orders.concurrent, order_age=self._orders.age(now),
+            phase, detail, mission=self._order_in_swarm_time(), latency=latency,
+            counts=(*state.counts, *self._log.counts), order_age=self._log.age(now),
         )  # fmt: skip
 
-    def _take_order(self, key: Key, order: Mission, now: int) -> None:
-        """Receive an order. A proposal that names all orders in force here is accepted: the next step publishes it."""
-        accepted = self._orders.take(order, now)
-        if accepted and order.verb in TAKE_OFF:
-            self._field.forget_drones(order.without)
-        holding = self._orders.mission
-        if key == PROPOSAL and holding is not None and holding.version == order.version:
-            self._repeat_at = now  # also if it is proposed again: a pilot lacks it
-        elif accepted:
-            self._repeat_at = now + REPEAT
+    def _take_order(self, order: Mission, now: int) -> None:
+        """Receive an order; the next step publishes the order in force if it is new, or its giver repeats it."""
+        if self._log.take(order, now):
+            self._keep()
+            if order.verb in TAKE_OFF:
+                self._field.forget_drones(order.without)
+        if self._log.order is not None and order.version == self._log.order.version:
+            self._repeat_at = now
 
-    def _take_status(self, status: Status) -> None:
+    def _keep(self) -> None:
+        """Keep the order in force for a restart, and publish it in the next step."""
+        self._repeat_at = 0
+        order = self._order_in_swarm_time()
+        if order is not None and self._store is not None:
+            self._store.write(encode(order))
+
+    def _order_in_swarm_time(self) -> Mission | None:
+        order = self._log.order
+        return shifted(order, -order.ahead) if order is not None and order.ahead else order  # type: ignore[return-value]
+
+    def _take_status(self, status: Status, now: int) -> None:
         """Keep a drone whose pilot uses its poses no more at its last place, as a lost body."""
         drone, report = self._pilots.get(status.identity), status.report
         if drone is None:
             return
+        if self._log.learn(status.identity, report, now):
+            self._keep()
         if all(reason.code != APART for reason in report.reasons):
             self._strays.discard(drone)
         elif drone not in self._strays:
@@ -190,7 +204,16 @@ def strayed(drones: set[int], flying: int) -> str:
     return f"the poses of {', '.join(map(uav, sorted(drones)))} are not their own: land, examine their bodies"
 
 
+def _kept(store: Store | None) -> Mission | None:
+    """Return the order that an earlier process kept, None without one."""
+    data = store.read() if store is not None else b""
+    try:
+        return decode(Mission, data) if data else None
+    except MessageError:
+        return None
+
+
 def make_core(start: Start) -> GatewayCore:
     """Return the gateway's core, with the source that the swarm file names."""
     swarm = start.plan.swarm
-    return GatewayCore(swarm, load_object(SOURCES[swarm.gateway.source])(start))
+    return GatewayCore(swarm, load_object(SOURCES[swarm.gateway.source])(start), start.now, start.store)

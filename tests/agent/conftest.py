@@ -33,7 +33,7 @@ class Cockpit:
     """Agent `number` with an ideal airframe, x' = u; whoever is in `silent` (kinds, or owners) is not heard."""
 
     def __init__(self, swarm: Swarm, number: int, position: Vector = (3.0, 0.0, 0.0)) -> None:
-        self.now, self.swarm, self.number = BEGAN, swarm, number
+        self.now, self.swarm, self.number, self.ordered = BEGAN, swarm, number, 0
         self.core = AgentCore(swarm, number, BEGAN)
         self.position, self.leader = position, (0.0, 0.0, 1.0)
         self.leader_phase, self.leading = Phase.FORMATION, Leading.LEADS  # what it reports; what others say of it
@@ -120,7 +120,9 @@ class Cockpit:
         self.holds_still = before
 
     def order(self, verb: str, start: int = 0, formation: str = "", without: tuple[int, ...] = ()) -> None:
-        order = Mission(self.now + 1, "world", verb, start, formation, without=without, knows=self.report.newest)
+        order = Mission(self.now + 1, "world", verb, start, formation, without=without)
+        self.ordered += 1
+        order = order._replace(number=self.ordered)
         self.core.receive(MISSION, order, self.now)
 
     def stop(self) -> None:

@@ -22,7 +22,7 @@ def fly(swarm, seconds):
     """Fly from the air; returns the followers' positions, the leader's, and the agents' reports."""
     agents = {i: AgentCore(swarm, i, BEGAN) for i in swarm.followers}
     places = {i: (*swarm.drone(i).start[:2], 1.0) for i in swarm.followers}
-    start = Mission(BEGAN + 1, "world", "start", BEGAN)
+    start = Mission(BEGAN + 1, "world", "start", BEGAN, number=1)
     said, leader, now = {}, (0.0, 0.0, 1.0), BEGAN
     for tick in range(1, round(seconds * 100) + 1):
         now = BEGAN + tick * SECOND // 100

@@ -13,12 +13,12 @@ from flockwire_core.wire.status import Report, Status
 from recorded_flights import swarm_of
 
 BEGIN = 1_790_000_000 * SECOND
-TAKEOFF = Mission(BEGIN - SECOND, "world", "takeoff", giver=1)
-START = Mission(BEGIN, "world", "start", BEGIN, giver=1, knows=(TAKEOFF.version,))
+TAKEOFF = Mission(BEGIN - SECOND, "world", "takeoff", giver=1, number=1)
+START = Mission(BEGIN, "world", "start", BEGIN, giver=1, number=2)
 HOLD = Mission(BEGIN + 1, "world", "hold", giver=2)
 LAND = Mission(BEGIN + 2, "world", "land", giver=2)
-AGAIN = Mission(BEGIN + 3, "world", "start", BEGIN, giver=1, knows=(TAKEOFF.version, START.version))
-KNOWING = AGAIN._replace(knows=(*AGAIN.knows, LAND.version))
+AGAIN = Mission(BEGIN + 3, "world", "start", BEGIN, giver=1, number=3)
+KNOWING = AGAIN._replace(number=4, downs=(HOLD.version, LAND.version))
 FLYING, GROUNDED, STOPPED = FlightState.FLYING, FlightState.GROUNDED, FlightState.STOPPED
 
 
@@ -32,7 +32,8 @@ def replayed(*reports, steps=None, orders=()):
         stamp = BEGIN + place * SECOND // 10
         known = Telemetry(stamp, "world", state, 1.0, 0.0, 0.0)
         collector.add("telemetry", Key("telemetry", "uav1"), known, place, stamp, stamp)
-        report = Report(phase, *detail, telemetry_age=0.0, mission=order)
+        unnumbered = (order.version,) if order is not None and not order.number else ()
+        report = Report(phase, *detail, telemetry_age=0.0, mission=order, unnumbered=unnumbered)
         count = steps[place] if steps is not None else 10 * place
         status = Status(stamp, "world", "uav1", report, count, 0, 0, 0, 0, 0.0, 0, (), ())
         collector.add("status", Key("status", "uav1"), status, place, stamp, stamp)

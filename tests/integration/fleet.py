@@ -150,10 +150,12 @@ class Tower:
     def order(self, verb: str, delay: float = 0.5) -> None:
         """Give an order."""
         now = clock.now()
-        known = tuple({version: None for status in self.statuses.values() for version in status.report.newest})
+        log = self.statuses["gateway"].report.mission if "gateway" in self.statuses else None
+        number = log.number if log is not None else 0
         start = now + round(delay * 1e9)
-        order = Mission(now, self._swarm.frame, verb, start, knows=known)
-        self._session.publish([(MISSION if rank(order) else PROPOSAL, order)])
+        order = Mission(now, self._swarm.frame, verb, start)
+        key, order = (MISSION, order) if rank(order) else (PROPOSAL, order._replace(number=number))
+        self._session.publish([(key, order)])
 
     def wait(self, met: Callable[[dict[str, Status]], bool], seconds: float = PATIENCE) -> dict[str, Status]:
         """Poll until the fresh statuses are as wanted."""

@@ -24,12 +24,12 @@ Forged = Callable[[Mission], Mission]
 
 
 def phase(order: Mission) -> Mission:
-    return order._replace(start=order.start - 20 * SECOND, knows=(*order.knows, order.version))
+    return order._replace(start=order.start - 20 * SECOND, number=order.number + 1)
 
 
 def formation(order: Mission) -> Mission:
     change = Change(order.stamp, 4.0, "", (0, 1), (1, 0))
-    return order._replace(verb="formation", formation="wide", change=change, knows=(*order.knows, order.version))
+    return order._replace(verb="formation", formation="wide", change=change, number=order.number + 1)
 
 
 def rival(order: Mission) -> Mission:
@@ -37,11 +37,11 @@ def rival(order: Mission) -> Mission:
 
 
 def landing(order: Mission) -> Mission:
-    return order._replace(verb="land", start=0, formation="")
+    return order._replace(verb="land", start=0, formation="", number=0)
 
 
 def hold(order: Mission) -> Mission:
-    return order._replace(verb="hold")
+    return order._replace(verb="hold", number=0)
 
 
 def same_version(order: Mission) -> Mission:
@@ -53,6 +53,7 @@ class Liar:
 
     def __init__(self, world: World, forged: Forged, claimed: Phase | None = None) -> None:
         self.forged: Mission | None = None
+        self.unnumbered: tuple[Version, ...] = ()
         process, make = world.processes[LIAR], world.processes[LIAR]._make_core
 
         def lying(now: int, starts: int) -> Any:
@@ -67,8 +68,9 @@ class Liar:
                     self.forged = forged(truth.mission)
                     if forged is not same_version:
                         self.forged = self.forged._replace(stamp=now, giver=LARGEST)
+                    self.unnumbered = () if self.forged.number else (self.forged.version,)
                 return truth._replace(
-                    mission=self.forged, order_age=0.0, concurrent=(), phase=claimed or truth.phase,
+                    mission=self.forged, order_age=0.0, unnumbered=self.unnumbered, phase=claimed or truth.phase,
                 )  # fmt: skip
 
             core.report = report  # type: ignore[method-assign]

@@ -79,8 +79,9 @@ class Seat:
         self.stuck = before
 
     def order(self, verb: str, delay: float = 0.0) -> None:
-        start, known = self.now + nanoseconds(delay), self.core.report(self.now).newest
-        mission = Mission(self.now + 1, "world", verb, start, knows=known)
+        was = self.core.report(self.now).mission
+        number = was.number + 1 if was is not None else 1
+        mission = Mission(self.now + 1, "world", verb, self.now + nanoseconds(delay), number=number)
         self.core.receive(MISSION, mission, self.now)
 
     def _bodies(self) -> tuple[Body, ...]:

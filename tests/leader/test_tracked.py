@@ -27,7 +27,7 @@ def test_it_is_tracked_while_its_pose_comes_and_reports_since_when_it_is_lost(le
 
 
 def test_it_commands_nothing_whatever_is_ordered_and_may_always_end(leader):
-    leader.receive(MISSION, Mission(BEGAN, "world", "takeoff"), BEGAN)
+    leader.receive(MISSION, Mission(BEGAN, "world", "takeoff", number=1), BEGAN)
     assert list(leader.step(BEGAN)) == []
     assert leader.report(BEGAN).mission.verb == "takeoff"
     assert leader.may_end(BEGAN)

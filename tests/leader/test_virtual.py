@@ -23,7 +23,7 @@ def place(leader, now):
 def test_a_virtual_leader_rests_at_its_start_until_the_mission_starts(make_swarm):
     leader = VirtualLeader(make_swarm(VIRTUAL), BEGAN)
     assert place(leader, BEGAN) == (1.0, 2.0, 1.5)
-    leader.receive(MISSION, Mission(BEGAN, "world", "start", BEGAN + SECOND), BEGAN)
+    leader.receive(MISSION, Mission(BEGAN, "world", "start", BEGAN + SECOND, number=1), BEGAN)
     assert place(leader, BEGAN + SECOND) == (1.0, 2.0, 1.5)
     assert leader.report(BEGAN + SECOND).phase is Phase.READY
     expected = add((1.0, 2.0, 1.5), make_swarm(VIRTUAL).leader.trajectory.build().position(3.0))
@@ -34,11 +34,10 @@ def test_a_virtual_leader_rests_at_its_start_until_the_mission_starts(make_swarm
 @pytest.mark.parametrize("order", [("hold", 0), ("land", 0), ("start", 40 * SECOND + SECOND // 2)])
 def test_a_virtual_leader_never_jumps(make_swarm, order):
     leader = VirtualLeader(make_swarm(VIRTUAL), BEGAN)
-    leader.receive(MISSION, Mission(BEGAN, "world", "start", BEGAN), BEGAN)
+    leader.receive(MISSION, Mission(BEGAN, "world", "start", BEGAN, number=1), BEGAN)
     verb, start = order
     now, before = BEGAN + 40 * SECOND, place(leader, BEGAN + 40 * SECOND)
-    known = leader.report(now).newest
-    leader.receive(MISSION, Mission(now, "world", verb, BEGAN + start if start else 0, knows=known), now)
+    leader.receive(MISSION, Mission(now, "world", verb, BEGAN + start if start else 0, number=2), now)
     for tick in range(1, 101):
         here = place(leader, now + tick * TICK)
         assert dist(here, before) < 0.01

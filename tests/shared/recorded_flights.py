@@ -21,7 +21,6 @@ from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.loading import parse_swarm
-from flockwire_core.pilot.orders import came_down
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message, encode
 from flockwire_core.wire.keys import MISSION, ROWS, STOP, Key, key_text
@@ -117,11 +116,7 @@ class Flight:
     def report(self, i: int, t: float, order: Mission | None, heard: Telemetry) -> Report:
         """Return what the pilot of drone i says, which obeys `order` and has `heard` of its drone."""
         phase = self.phase(i, t, order, heard.state)
-        crashed = order is not None and order.verb != "land" and phase == "ready"
-        came = (came_down(order),) if order is not None and crashed else ()
-        return Report(
-            phase, telemetry_age=(T0 + round(t * 100) * STEP - heard.stamp) / SECOND, mission=order, concurrent=came
-        )
+        return Report(phase, telemetry_age=(T0 + round(t * 100) * STEP - heard.stamp) / SECOND, mission=order)
 
     def phase(self, i: int, t: float, order: Mission | None, state: FlightState) -> str:
         """Return what the pilot of drone i does, which obeys `order` and knows the `state` of its airframe."""
@@ -236,8 +231,7 @@ class Flight:
         if self.resumes_at is not None:
             orders.append(Mission(T0 + int(self.resumes_at * SECOND), "world", "start", T0))
         orders.sort(key=lambda one: one.stamp)
-        versions = [order.version for order in orders]
-        orders = [order._replace(knows=tuple(versions[:place])) for place, order in enumerate(orders)]
+        orders = [order._replace(number=place) for place, order in enumerate(orders, 1)]
         for place, order in enumerate(orders):
             sequence = place + self.orders_lost * (order is orders[-1])
             yield order.stamp, MISSION, "operator", sequence, order

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from flockwire_core import clock
 from flockwire_core.domain.airframe import FlightState, Telemetry
 from flockwire_core.domain.order import Mission, Stop
+from flockwire_core.ground.order_log import OrderLog
 from flockwire_core.pilot.orders import Orders
 from flockwire_core.runtime.subscriptions import Wakeup
 from flockwire_core.swarm.model import uav
@@ -44,7 +45,7 @@ class SimulatedPilot:
         """Have it obey `order` alone for a long time, None: no order."""
         self.orders = Orders()
         if order is not None:
-            self.orders.take(order, order.stamp)
+            self.orders.take(order._replace(number=max(order.number, 1)), order.stamp)
 
     @property
     def state(self) -> FlightState:
@@ -92,7 +93,7 @@ class SimulatedSwarm:
         self.pilots = {name: SimulatedPilot(name) for name in plan.pilots.values()}
         self.others = tuple(name for name in plan.started if name not in self.pilots)
         self.published: list[Mission | Stop] = []
-        self._gateway = Orders()
+        self._gateway = OrderLog(frozenset(), 0)
         self._drones = {uav(drone): name for drone, name in plan.pilots.items()}
 
     def __enter__(self) -> SimulatedSwarm:
@@ -105,11 +106,12 @@ class SimulatedSwarm:
         return self.pilots[name]
 
     def all(self, phase: Phase, mission: Mission | None = None) -> None:
-        for pilot in self.pilots.values():
-            pilot.phase, pilot.mission = phase, mission
-        self._gateway = Orders()
+        number = self._gateway.order.number if self._gateway.order is not None else 0
+        self._gateway = OrderLog(frozenset(), 0)
         if mission is not None:
-            self._gateway.take(mission, mission.stamp)
+            self._gateway.take(mission._replace(number=number), mission.stamp)
+        for pilot in self.pilots.values():
+            pilot.phase, pilot.mission = phase, self._gateway.order
 
     def linked(self) -> tuple[str, ...]:
         return self.plan.dials["operator"]
@@ -124,29 +126,29 @@ class SimulatedSwarm:
         orders = [order for _, order in messages if isinstance(order, Mission | Stop)]
         for order in orders:
             self.published.append(order)
-            if isinstance(order, Mission):
-                self._gateway.take(order, clock.now())
             for pilot in self.pilots.values():
                 pilot.take(order)
+            if isinstance(order, Mission) and self._gateway.take(order, clock.now()) and self._gateway.order:
+                for pilot in self.pilots.values():
+                    pilot.take(self._gateway.order)
 
     def message(self, key: Key, now: int) -> Status | Telemetry | None:
         if key.kind == "telemetry":
             pilot = self.pilots[self._drones[key.owner]]
             return None if pilot.silent else Telemetry(now, "world", pilot.state, 1.0, 0.0, 0.0, pilot.told)
         if key.owner in self.others:
-            mission = self._gateway.mission if key.owner == GATEWAY.kind else None
-            return status(key.owner, Report("serving", mission=mission), now)
+            log, gateway = self._gateway, key.owner == GATEWAY.kind
+            report = Report("serving", mission=log.order, order_age=log.age(now)) if gateway else Report("serving")
+            return status(key.owner, report, now)
         pilot = self.pilots[key.owner]
         if pilot.silent:
             return None
         pilot.fly(now)
         orders = pilot.orders
-        concurrent, age = orders.concurrent, orders.age(now)
-        return status(
-            key.owner,
-            Report(pilot.phase, pilot.detail, mission=orders.mission, concurrent=concurrent, order_age=age),
-            now,
+        report = Report(
+            pilot.phase, pilot.detail, mission=orders.mission, unnumbered=orders.unnumbered, order_age=orders.age(now)
         )
+        return status(key.owner, report, now)
 
     @property
     def orders(self) -> list[str]:

@@ -14,7 +14,7 @@ MISSION_VERBS = (
 )  # "prepare" names the drones that are left out
 IN_FORMATION: Final = ("start", "formation")  # "formation" is "start", but only for drones in the air
 LONGEST_CHANGE = 600.0  # s
-MOST_VERSIONS = 64  # orders that one message names
+MOST_VERSIONS = 16  # orders that one message names
 
 
 class Change(NamedTuple):
@@ -38,7 +38,12 @@ class Version(NamedTuple):
 
 
 class Mission(NamedTuple):
-    """The operator's order to all drones; each pilot decides by `knows` whether it is in force."""
+    """An order to all drones, and its place in the gateway's log of orders.
+
+    `number` is that of the log with this order as the one in force; of a proposal, the number that the log had when it
+    was made; of a hold or a landing that the gateway has not received yet, 0. `downs` are the holds and landings that
+    the log received last.
+    """
 
     stamp: int
     frame: str
@@ -48,7 +53,8 @@ class Mission(NamedTuple):
     change: Change | None = None  # None without a change: each follower has the place of its rank
     without: tuple[int, ...] = ()  # drones that stay on the ground; no drone waits for them
     giver: int = 0  # number of the giver (Version)
-    knows: tuple[Version, ...] = ()  # the orders that its giver knew
+    number: int = 0
+    downs: tuple[Version, ...] = ()
     ahead: int = 0  # ns by which its receiver's time is ahead of swarm time; not sent
 
     @property

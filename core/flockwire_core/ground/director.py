@@ -17,7 +17,6 @@ from flockwire_core.ground.known_orders import KnownOrders
 from flockwire_core.ground.lost import FLYING, Lost
 from flockwire_core.ground.order import Order
 from flockwire_core.ground.preflight import problems
-from flockwire_core.ground.standing import Standing
 from flockwire_core.pilot.orders import rank
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.plan import Plan
@@ -61,28 +60,29 @@ class Director:
         self._lost = Lost(grace)
         self._duration = nanoseconds(duration)
         self._since = self._took_off = now
-        self._fleet = Fleet({}, {}, {}, now, KnownOrders())  # at the last step
+        self._fleet = Fleet({}, {}, {}, now)  # at the last step
         self._sent = 0  # last publication of the newest order, Unix ns; 0: none
-        self._standing = Standing(giver, asked)
+        self._known = KnownOrders(giver, asked)
 
     @property
     def formation_start(self) -> int | None:
         """Time 0 of the flight: that of the formation's start, Unix ns; None before it is ordered."""
-        started = self._standing.started
+        started = self._known.started
         return None if started is None else started.start
 
     def step(self, fleet: Fleet) -> Mission | None:
         """Return the due order for the state of the whole swarm, or a repetition of an unconfirmed one."""
-        fleet, now, standing = fleet.without(self._without), fleet.now, self._standing
+        fleet, now, known = fleet.without(self._without), fleet.now, self._known
         self._fleet = fleet
-        self._adopt(standing.look(fleet), fleet)
-        if self.stage is not Stage.LANDING and standing.settle(fleet):
-            self._since = now
+        if known.read(fleet):
+            self._follow_down(fleet)
+        self._settle(now)
         order = self._next(fleet)
         if order is None and self.stage not in (Stage.FLYING, Stage.OVER) and now - self._since > self._patience():
             order = self._out_of_patience(fleet)
-        if order is None and standing.order is not None and self.stage is not Stage.OVER and now - self._sent >= REPEAT:
-            order = self._again(standing.order, fleet) if fleet.lacking(standing.order) else None
+        repeats = self.order is not None and (known.is_own or rank(self.order)) and now - self._sent >= REPEAT
+        if order is None and repeats and self.order is not None and self.stage is not Stage.OVER:
+            order = self.order if fleet.lacking(self.order) else None
         if order is not None:
             self._sent = now
         return order
@@ -111,7 +111,7 @@ class Director:
         """
         if self.stage not in UNDER_WAY:
             return None
-        if (started := self._standing.started) is not None:
+        if (started := self._known.started) is not None:
             absent = tuple(sorted({*started.without, *self._without}))
             order = started._replace(stamp=now, verb="start", without=absent)
         else:
@@ -120,14 +120,14 @@ class Director:
 
     def unready(self, fleet: Fleet) -> tuple[str, ...]:
         """Return a sentence for a gateway without poses, each pilot that is not ready, and each failed check."""
-        return (*fleet.without_poses(), *fleet.others_than(Phase.READY, *FLYING), *problems(self._swarm, fleet))
+        return (*fleet.gateway_problem(), *fleet.others_than(Phase.READY, *FLYING), *problems(self._swarm, fleet))
 
     def stop(self, now: int) -> None:
         """Record an emergency stop: the flight has failed, and ends when no drone flies; one that is over stays so."""
         if self.stage is Stage.OVER:
             return
         self.failure = self.failure or "emergency stop"
-        self.stage, self._since, self._standing.order = Stage.LANDING, now, None
+        self.stage, self._since, self._known.order = Stage.LANDING, now, None
 
     def abort(self, reason: str, now: int) -> Mission | None:
         """Land because of `reason`, which becomes the flight's failure; before take-off, end without an order."""
@@ -140,13 +140,13 @@ class Director:
     @property
     def _others_fly(self) -> bool:
         """Whether a drone flies, or was ordered to by another station, before this flight took off."""
-        holding = self._standing.holding
-        return self._fleet.flies or (holding is not None and holding.verb in ("takeoff", *IN_FORMATION))
+        log = self._fleet.mission()
+        return self._fleet.flies or (log is not None and log.verb in ("takeoff", *IN_FORMATION))
 
     @property
     def order(self) -> Mission | None:
         """The newest order, this flight's own or another operator's; None before the first."""
-        return self._standing.order
+        return self._known.order
 
     @property
     def ordered(self) -> str:
@@ -156,17 +156,19 @@ class Director:
     @property
     def since(self) -> int:
         """The start of the stage, or the arrival of the newest order, Unix ns."""
-        return max(self._since, self._standing.since)
+        return max(self._since, self._known.since)
 
     def _next(self, fleet: Fleet) -> Mission | None:
         """Return the order that starts the next stage, None during the stage."""
         now = fleet.now
-        if self.stage is Stage.PREPARING:  # drones may fly by an order that is not known yet
-            return self._take_off(fleet) if not self._standing.unclear(now) else None
+        if self.stage is Stage.PREPARING:  # drones may fly by an order that is not in the log yet
+            known = fleet.order_age is not None and not self._known.is_unclear(now)
+            return self._take_off(fleet) if known else None
         if self.stage is Stage.TAKING_OFF and fleet.all_in(Phase.HOLD):
-            if self.ordered != "hold":
+            if self.ordered in ("takeoff", "prepare"):
                 return self._go(Stage.FLYING, self._start(now))
-            self.stage, self._since = Stage.FLYING, now
+            if self.ordered == "hold":
+                self.stage, self._since = Stage.FLYING, now
         if self.stage is Stage.TAKING_OFF and fleet.all_in(Phase.FORMATION):  # the last drone joined a flying formation
             self.stage, self._since = Stage.FLYING, now
         if self.stage in UNDER_WAY:
@@ -218,34 +220,39 @@ class Director:
     def _mission(self, now: int, verb: str, start: int = 0, formation: str = "") -> Mission:
         return Mission(now, self._swarm.frame, verb, start, formation, without=self._without)
 
-    def _adopt(self, news: Mission | None, fleet: Fleet) -> None:
-        """Adopt another's order as this flight's. Before its own first order, only a hold and a landing."""
-        own = self.order
-        if news is None or (own is None and self.stage is not Stage.PREPARING):
+    def _settle(self, now: int) -> None:
+        """Follow another's upward order that the log has in place of this flight's, or give this one's again."""
+        was = self.order
+        if self.stage in (Stage.LANDING, Stage.OVER):
             return
-        if rank(news) == 0 and (own is None or self.stage is Stage.LANDING):
+        self._known.settle(now)
+        if self.order is was or self.order is None:
+            return
+        self._since, self._sent = now, 0
+        if self.stage is Stage.FLYING and self.ordered in ("takeoff", "prepare"):  # its start was not accepted
+            self.stage = Stage.TAKING_OFF
+
+    def _follow_down(self, fleet: Fleet) -> None:
+        """Follow a hold or a landing of another giver. Before its own first order, one that was replaced ends it."""
+        own, news = self.order, fleet.mission()
+        if news is None or self.stage is Stage.OVER or (own is None and self.stage is not Stage.PREPARING):
+            return
+        if not rank(news):  # an upward order followed it
+            self.stage = Stage.OVER if own is None else self.stage
             return
         if own is not None and 0 < rank(news) < rank(own):  # a hold does not cancel a landing
             return
-        if own is not None and own.version not in news.knows and rank(own) >= rank(news):
-            return  # it is repeated until all obey it; Standing.settle decides between two concurrent upward orders
-        self._standing.follow(news, fleet.now)
+        self._known.follow(news, fleet.now)
         grounded = self.stage is Stage.PREPARING and not fleet.flies  # a hold there: no drone may take off
-        if self.stage is not Stage.OVER and (news.verb == "land" or (news.verb == "hold" and grounded)):
+        if news.verb == "land" or grounded:
             self.stage, self._since = Stage.LANDING, fleet.now
-        elif news.verb == "hold" and self.stage is Stage.PREPARING:
+        elif self.stage is Stage.PREPARING:
             self.stage = Stage.TAKING_OFF
             self._since = self._took_off = self.took_off = fleet.now
 
-    def _again(self, order: Mission, fleet: Fleet) -> Mission:
-        """Return `order` to repeat; another's order that some pilots do not obey for long is given again as its own."""
-        if self._standing.is_own or rank(order) or fleet.now - self._standing.since < GRACE:
-            return order
-        return self._go(self.stage, order._replace(stamp=fleet.now))
-
     def _go(self, stage: Stage, order: Mission) -> Mission:
         """Give `order`, which starts or continues `stage`."""
-        order = self._standing.give(order)
+        order = self._known.give(order)
         self.stage, self._since, self._sent = stage, order.stamp, 0
         return order
 

@@ -8,14 +8,14 @@ from flockwire_core.domain.airframe import FlightState, Telemetry
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector
-from flockwire_core.ground.known_orders import KnownOrders
-from flockwire_core.pilot.orders import came_down, rank
+from flockwire_core.pilot.orders import rank
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.processes import GATEWAY
 from flockwire_core.wire.status import Report, Status
 
 STALE = 2 * SECOND  # ns, maximum age of a status or telemetry
+GATEWAY_SILENT = f"{GATEWAY.kind}: silent, it decides on orders that take up"
 ON_GROUND = frozenset({Phase.GROUNDED, Phase.READY})
 IN_THE_AIR = frozenset({FlightState.FLYING, FlightState.LANDING})
 
@@ -23,7 +23,8 @@ IN_THE_AIR = frozenset({FlightState.FLYING, FlightState.LANDING})
 class Fleet:
     """The state of a fleet at `now` (Unix ns), from `statuses` of processes and `telemetry` of drones.
 
-    `pilots` are the identities of the pilots, by drone. Of the orders in their reports only the `known` ones count.
+    `pilots` are the identities of the pilots, by drone. The order in force is the one that the gateway reports. A
+    pilot's report shows what one drone does, never what others are to do.
     """
 
     def __init__(
@@ -32,13 +33,9 @@ class Fleet:
         statuses: Mapping[str, Status],
         telemetry: Mapping[int, Telemetry],
         now: int,
-        known: KnownOrders,
     ) -> None:
-        self.pilots, self.now, self.known = pilots, now, known
-        self._telemetry = telemetry
-        fresh = {name: one.report for name, one in statuses.items() if now - one.stamp < STALE}
-        known.compare([fresh.get(pilot) for pilot in pilots.values()])
-        self._statuses = statuses = {name: known.checked(status) for name, status in statuses.items()}
+        self.pilots, self.now = pilots, now
+        self._telemetry, self._statuses = telemetry, statuses
         self.fresh = {
             drone: statuses[pilot]
             for drone, pilot in pilots.items()
@@ -51,17 +48,26 @@ class Fleet:
         }
 
     @property
-    def _gateway(self) -> tuple[Status, ...]:
-        """The gateway's status, none if there is no fresh one."""
+    def _gateway(self) -> Report | None:
+        """The gateway's report, None if it is silent."""
         status = self._statuses.get(GATEWAY.kind)
-        return (status,) if status is not None and self.now - status.stamp < STALE else ()
+        return status.report if status is not None and self.now - status.stamp < STALE else None
+
+    @property
+    def order_age(self) -> float | None:
+        """The time, s, since the gateway received its newest order, -1 before the first; None if it is silent."""
+        return self._gateway.order_age if self._gateway is not None else None
+
+    def mission(self) -> Mission | None:
+        """Return the order in force by the gateway's log, None if there is none or the gateway is silent."""
+        return self._gateway.mission if self._gateway is not None else None
 
     def without(self, drones: Collection[int]) -> Fleet:
         """Return the fleet without `drones`."""
         if not drones:
             return self
         pilots = {drone: pilot for drone, pilot in self.pilots.items() if drone not in drones}
-        return Fleet(pilots, self._statuses, self._telemetry, self.now, self.known)
+        return Fleet(pilots, self._statuses, self._telemetry, self.now)
 
     def present(self) -> Fleet:
         """Return the fleet without silent drones that are left out."""
@@ -90,10 +96,16 @@ class Fleet:
         status = self._statuses.get(identity)
         return status.report.position if status is not None and self.now - status.stamp < STALE else None
 
-    def names_unknown(self, drone: int) -> bool:
-        """Return whether the drone's pilot names an order that is not known: only its version counts."""
-        report = self.fresh[drone].report if drone in self.fresh else None
-        return report is not None and report.mission is None and bool(report.concurrent)
+    def unclear(self) -> list[int]:
+        """Return the drones whose pilots obey an order that is not in the gateway's log yet."""
+        log = self.mission()
+        number, downs = (0, ()) if log is None else (log.number, log.downs)
+        return [
+            drone
+            for drone, status in self.fresh.items()
+            if (status.report.mission is not None and status.report.mission.number > number)
+            or not set(status.report.unnumbered).issubset(downs)
+        ]
 
     def all_in(self, *phases: Phase) -> bool:
         """Return whether every pilot is in one of `phases`."""
@@ -104,87 +116,58 @@ class Fleet:
         late = [drone for drone in self.pilots if self.phase(drone) not in phases]
         return tuple(f"{self.pilots[drone]}: {self.why(drone)}" for drone in late)
 
-    def without_poses(self) -> tuple[str, ...]:
-        """Return the reason of a gateway that has no poses: then pilots only wait for theirs."""
-        return tuple(f"{s.identity}: {s.report.detail}" for s in self._gateway if s.report.phase == Phase.WAITING)
+    def gateway_problem(self) -> tuple[str, ...]:
+        """Return why a gateway accepts no order, or has no poses, for which pilots wait; empty without a problem."""
+        report = self._gateway
+        if report is None:
+            return (GATEWAY_SILENT,)
+        return (f"{GATEWAY.kind}: {report.detail}",) if report.phase == Phase.WAITING else ()
 
     def clocks_off(self, bound: float) -> dict[str, float]:
         """Return the clock bounds, s, by process, that are above `bound` or unknown (-1)."""
         fresh = [status for status in self._statuses.values() if self.now - status.stamp < STALE]
         return {s.identity: s.clock_bound for s in fresh if not 0.0 <= s.clock_bound <= bound}
 
-    def mission(self) -> Mission | None:
-        """Return the order in force: an order that pilots obey and that no later upward order names.
-
-        A landing is preferred, then a hold, then a hold of a pilot that knows the interrupted formation. The upward
-        order of a drone that has landed since, or was left out, counts only without another.
-        """
-        absent = {drone for status in self.fresh.values() for drone in _left_out(status.report)}
-        obeyed = [status.report for drone, status in self.fresh.items() if not self._rests(drone, absent)]
-        missions = _obeyed(obeyed) or _obeyed([status.report for status in self.fresh.values()])
-        older = {version for mission in missions if not rank(mission) for version in mission.knows}
-        newest = [mission for mission in missions if mission.version not in older]
-        return max(newest, key=_precedence, default=None)
-
     def flown(self) -> Mission | None:
         """Return the order by which drones are in a formation, None if none is."""
-        flown = [status.report.mission for status in self.fresh.values() if status.report.phase == Phase.FORMATION]
-        return max((one for one in flown if one is not None and one.in_formation), key=_precedence, default=None)
-
-    def rival(self, order: Mission) -> Report | None:
-        """Return the report of a pilot that obeys another, concurrent upward order, or of a gateway that repeats it."""
-        rivals = [
-            status.report
-            for status in (*self.fresh.values(), *self._gateway)
-            if (other := status.report.mission) is not None
-            and not rank(other)
-            and other.version != order.version
-            and other.version not in order.knows
-            and order.version not in other.knows
-        ]
-        return max(rivals, key=lambda one: one.mission.giver if one.mission is not None else 0, default=None)
-
-    def reports(self) -> list[tuple[str, Report]]:
-        """Return identity and report of the processes whose orders a new order must name.
-
-        These are all pilots and, of other processes like the gateway, those with an upward order. A downward order that
-        has reached no pilot is not named, because it is not in force yet.
-        """
-        flying, found = frozenset(self.pilots.values()), list[tuple[str, Report]]()
-        for identity, status in self._statuses.items():
-            if not status.report.newest or self.now - status.stamp >= STALE:
-                continue
-            if identity in flying or not rank(status.report.mission):
-                found.append((identity, status.report))
-        return found
+        log = self.mission()
+        flies = log is not None and log.in_formation and any(self.phase(i) == Phase.FORMATION for i in self.pilots)
+        return log if flies else None
 
     def unconfirmed(self, order: Mission) -> tuple[str, ...]:
         """Return the pilots that have not confirmed exactly this order."""
         return tuple(pilot for drone, pilot in self.pilots.items() if not self._obeys(drone, order))
 
     def lacking(self, order: Mission) -> tuple[str, ...]:
-        """Return who is to get this order again: unconfirmed pilots, and a gateway that repeats another one or none."""
-        others = [status.identity for status in self._gateway if not _received(status.report, order)]
-        return (*self.unconfirmed(order), *others)
+        """Return who is to get this order again: unconfirmed pilots, and a gateway that has not received it."""
+        heard = self._gateway is None or _received(self._gateway, order)
+        return (*self.unconfirmed(order), *(() if heard else (GATEWAY.kind,)))
 
-    def overruled(self, order: Mission) -> Mission | None:
-        """Return an order in force for a pilot that names `order` and so ends it; None if there is none."""
-        missions = (status.report.mission for status in self.fresh.values())
-        return next((one for one in missions if one is not None and order.version in one.knows), None)
+    def unnumbered(self, pilots: Iterable[str]) -> tuple[str, ...]:
+        """Return which of `pilots` obey a hold or a landing that has no number: they take up by no order."""
+        fresh = {status.identity: status.report for status in self.fresh.values()}
+        return tuple(pilot for pilot in pilots if pilot in fresh and fresh[pilot].unnumbered)
+
+    def stronger(self, order: Mission) -> Mission | None:
+        """Return the order in force if it outranks `order`, or was made from it; None if it does not."""
+        log = self.mission()
+        if log is None or log.version == order.version or log.number <= order.number:
+            return None
+        return log if rank(log) > rank(order) or (not rank(log) and order.version in log.downs) else None
 
     def restarted(self, order: Mission) -> bool:
-        """Return whether every pilot obeys an upward order that names `order`, a landing: it came after all were down.
+        """Return whether every pilot obeys an upward order made from `order`, a landing: it came after all were down.
 
         Those that it leaves out must be known to be down.
         """
-        return all(
-            drone in self.fresh
-            and (mission := self.fresh[drone].report.mission) is not None
-            and not rank(mission)
-            and mission.verb != "prepare"
-            and order.version in mission.knows
-            and (drone not in mission.without or self._is_down(drone, 0))
-            for drone in self.pilots
+        log = self.mission()
+        return (
+            log is not None
+            and not rank(log)
+            and log.verb != "prepare"
+            and order.version in log.downs
+            and not self.unconfirmed(log)
+            and all(self._is_down(drone, 0) for drone in log.without if drone in self.pilots)
         )
 
     def not_down(self, since: int = 0) -> tuple[str, ...]:
@@ -211,15 +194,6 @@ class Fleet:
         down = order.verb == "hold" and report.phase in ON_GROUND  # pilots that do not know it do not take off
         return down or report.mission.verb == order.verb
 
-    def _rests(self, drone: int, absent: Collection[int]) -> bool:
-        """Return whether a drone is on the ground because it was left out, or landed since its upward order."""
-        report = self.fresh[drone].report
-        if drone in absent and report.phase in ON_GROUND:
-            return True
-        return (
-            report.mission is not None and not rank(report.mission) and came_down(report.mission) in report.concurrent
-        )
-
 
 def unrecorded(recorders: Iterable[str], statuses: Mapping[str, Status]) -> str:
     """Return which recorder could not record the whole flight by its last status, empty when all could."""
@@ -228,26 +202,8 @@ def unrecorded(recorders: Iterable[str], statuses: Mapping[str, Status]) -> str:
 
 
 def _received(report: Report, order: Mission) -> bool:
-    """Return whether a process has received `order`, or its repetition by a station that knew it."""
+    """Return whether a process has received `order`: it obeys it, or one that outranks it."""
     mission = report.mission
-    if mission is not None and mission.stamp == order.stamp and mission.giver == order.giver:
+    if mission is not None and order.version in (mission.version, *mission.downs):
         return True
-    return order.version in report.concurrent or (mission is not None and _is_again(mission, order))
-
-
-def _is_again(mission: Mission, order: Mission) -> bool:
-    """Return whether `mission` repeats `order`, given by a station that knew it."""
-    given = order._replace(stamp=mission.stamp, giver=mission.giver, knows=mission.knows)
-    return mission == given and order.version in mission.knows
-
-
-def _left_out(report: Report) -> tuple[int, ...]:
-    return report.mission.without if report.mission is not None and not rank(report.mission) else ()
-
-
-def _obeyed(reports: list[Report]) -> list[Mission]:
-    return [report.mission for report in reports if report.mission is not None]
-
-
-def _precedence(mission: Mission) -> tuple[int, int, int, int]:
-    return (rank(mission), mission.giver, mission.stamp, mission.start)
+    return order.version in report.unnumbered

@@ -1,71 +1,88 @@
-"""The orders that a station knows: those that it gave, that the gateway repeats, or that every pilot obeys.
-
-A pilot's report is evidence of what one drone does, never an order: a follower that was taken over may claim to obey
-anything. So only the version of the order that a pilot names counts; the content is of the station, the gateway, or all
-pilots alike.
-"""
+"""What one giver of orders knows of the gateway's log, and the order that it stands for."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-
 from flockwire_core.domain.order import Mission, Version
-from flockwire_core.pilot.orders import CAME_DOWN, REMEMBERED
-from flockwire_core.wire.processes import GATEWAY
-from flockwire_core.wire.status import Report, Status
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.ground.fleet import Fleet
+from flockwire_core.pilot.orders import rank
+
+PATIENCE = 4 * SECOND  # ns for an order that a pilot obeys to be in the log, too: longer than a network's delay
+UNKNOWN = "a hold or a landing"  # one that another order has replaced since
 
 
 class KnownOrders:
-    """Orders by version; `count` grows with each one that is learnt."""
+    """The log as `giver` (a unique number, 31 bits) has read it, and its order: its own newest, or one that it follows.
 
-    def __init__(self) -> None:
-        self.count = 0
-        self._orders: dict[Version, Mission] = {}
+    Its own was requested at `asked` (Unix ns). The arrival of another's order is the time since the gateway received
+    it: only the own clock is used. `order` is None before the first; it is in force here since `since` (Unix ns).
+    """
 
-    def get(self, version: Version) -> Mission | None:
-        """Return the order of that version, None if it is not known."""
-        return self._orders.get(version)
+    def __init__(self, giver: int, asked: int) -> None:
+        self.order: Mission | None = None
+        self.started: Mission | None = None  # the newest of those that fly a formation
+        self.since = asked
+        self._giver, self._asked, self._last = giver, asked, 0
+        self._log: Mission | None = None  # as read last
+        self._made_from: Version | None = None  # the order in force when the own one was made
+        self._has_read = False
+        self._unclear: dict[int, int] = {}  # drones whose pilots obey an order that is not in the log, since when
 
-    def learn(self, order: Mission) -> None:
-        """Take an order that this station gave, or that the gateway repeats with the formation that it interrupts."""
-        known = self._orders.get(order.version)
-        if known is not None and (known == order or known.start):
-            return
-        self.count += 1
-        self._orders[order.version] = order
-        while len(self._orders) > REMEMBERED:
-            del self._orders[next(iter(self._orders))]
+    @property
+    def is_own(self) -> bool:
+        """Whether this giver gave the order."""
+        return self.order is not None and self.order.giver == self._giver
 
-    def read(self, status: Status) -> None:
-        """Learn the orders that a status of the gateway names."""
-        if status.identity == GATEWAY.kind:
-            self._learn_all(status.report.mission, status.report.concurrent)
+    def read(self, fleet: Fleet) -> str:
+        """Read the log; return the verb of a hold or a landing of another giver that is new, empty if there is none.
 
-    def compare(self, reports: Sequence[Report | None]) -> None:
-        """Learn the order that the reports of all pilots name alike; nothing while one is missing."""
-        orders = {report.mission if report is not None else None for report in reports}
-        if len(orders) == 1:
-            concurrent = [set(report.concurrent) for report in reports if report is not None]
-            self._learn_all(orders.pop(), set.intersection(*concurrent) if concurrent else ())
+        At first an order is new if the gateway received it after this giver's request.
+        """
+        self._unclear = {drone: self._unclear.get(drone, fleet.now) for drone in fleet.unclear()}
+        age = fleet.order_age
+        if age is None:
+            return ""
+        log, was, self._log = fleet.mission(), self._log, fleet.mission()
+        had_read, self._has_read = self._has_read, True
+        if log is None or (was is not None and log.number <= was.number):
+            return ""
+        if not had_read:
+            late = fleet.now - nanoseconds(age) > self._asked
+            return log.verb if rank(log) and late and log.giver != self._giver else ""
+        known: tuple[Version, ...] = was.downs if was is not None else ()
+        if all(version in known or version.giver == self._giver for version in log.downs):
+            return ""
+        return log.verb if rank(log) else UNKNOWN
 
-    def _learn_all(self, order: Mission | None, concurrent: Iterable[Version]) -> None:
-        """Learn an order, and beside a landing the holds among the `concurrent` versions."""
-        if order is None:
-            return
-        self.learn(order)
-        if order.verb == "land":
-            for stamp, giver in concurrent:
-                if not giver & CAME_DOWN:
-                    self.learn(order._replace(verb="hold", stamp=stamp, giver=giver))
+    def is_unclear(self, now: int) -> bool:
+        """Return whether a pilot obeys an order that may still come into the log at `now` (Unix ns)."""
+        return any(now - since < PATIENCE for since in self._unclear.values())
 
-    def checked(self, status: Status) -> Status:
-        """Return a status with the known content of its order; of an unknown one only the version remains."""
-        report = status.report
-        claimed = report.mission
-        if status.identity == GATEWAY.kind or claimed is None or (known := self.get(claimed.version)) == claimed:
-            return status
-        if known is None:
-            report = report._replace(mission=None, concurrent=(claimed.version, *report.concurrent))
-        else:
-            report = report._replace(mission=known)
-        return status._replace(report=report)
+    def give(self, order: Mission) -> Mission:
+        """Return `order` as this giver's: a proposal made from the log as read last, or a hold or a landing."""
+        self._last = max(order.stamp, self._last + 1)
+        log = self._log
+        number, self._made_from = (0, None) if log is None or rank(order) else (log.number, log.version)
+        self.follow(order._replace(stamp=self._last, giver=self._giver, number=number, downs=()), order.stamp)
+        assert self.order is not None  # noqa: S101
+        return self.order
+
+    def follow(self, order: Mission, now: int) -> None:
+        """Follow `order` since `now` (Unix ns)."""
+        self.order, self.since = order, now
+        self.started = order if order.in_formation else self.started
+
+    def settle(self, now: int) -> bool:
+        """If the log went on without this giver's upward order, follow another's, or give it again; return whether so.
+
+        It is given again if only the number changed, or own orders came between.
+        """
+        own, log = self.order, self._log
+        if own is None or log is None or rank(own) or log.version == own.version or log.number <= own.number:
+            return False
+        if not rank(log) and log.giver != self._giver and log.version != self._made_from:
+            self.follow(log, now)
+        elif self.is_own:
+            self.give(own._replace(stamp=now))
+            return True
+        return False

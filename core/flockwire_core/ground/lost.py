@@ -33,5 +33,5 @@ class Lost:
             self._since.pop(drone, None)
             return False
         since = self._since.setdefault(drone, fleet.now)
-        by_itself = phase == Phase.STOPPED or (phase == Phase.LANDING and not fleet.names_unknown(drone))
+        by_itself = phase == Phase.STOPPED or (phase == Phase.LANDING and drone not in fleet.unclear())
         return by_itself or fleet.now - since >= self._grace

@@ -10,12 +10,17 @@ from dataclasses import dataclass
 
 from flockwire_core.domain.airframe import Telemetry
 from flockwire_core.domain.order import Mission, Stop
+from flockwire_core.ground.delivery import (
+    LOOK_TIME,
+    ChangeDelivery,
+    DownDelivery,
+    OrderDelivery,
+    StartDelivery,
+    StopDelivery,
+)  # fmt: skip
 from flockwire_core.ground.director import GRACE, Director, Stage
 from flockwire_core.ground.fleet import Fleet
-from flockwire_core.ground.giving import LOOK_TIME, ChangeGiving, DownGiving, Giving, StopGiving
-from flockwire_core.ground.known_orders import KnownOrders
 from flockwire_core.ground.order import ENDING, Answer, Order
-from flockwire_core.ground.starting import StartGiving
 from flockwire_core.pilot.orders import rank
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.codec import Message
@@ -28,23 +33,24 @@ START = Order("start")
 ENDED = Answer(refusal="another order was given meanwhile")
 
 Answered = Callable[[Answer], None]
-GIVINGS: Mapping[str, type[Giving]] = {
-    "start": StartGiving, "formation": ChangeGiving, "hold": DownGiving, "land": DownGiving, "stop": StopGiving,
+DELIVERIES: Mapping[str, type[OrderDelivery]] = {
+    "start": StartDelivery, "formation": ChangeDelivery, "hold": DownDelivery, "land": DownDelivery,
+    "stop": StopDelivery,
 }  # fmt: skip
 
 
 @dataclass(slots=True, eq=False)
-class Asked:
+class PendingOrder:
     """One order, requested at `asked` and known here since `since` (Unix ns), until `answered` gets its answer.
 
-    `giving` is None while the order waits for swarm time.
+    `delivery` is None while the order waits for swarm time.
     """
 
     order: Order
     asked: int
     since: int
     answered: Answered
-    giving: Giving | None = None
+    delivery: OrderDelivery | None = None
     is_answered: bool = False
 
 
@@ -61,26 +67,24 @@ class OperatorCore:
         self.knows_time = True
         self._plan, self._new_giver = plan, new_giver
         self._drones = {uav(drone): drone for drone in plan.pilots}
-        self._asked: list[Asked] = []  # stops first
-        self._known_orders = KnownOrders()
+        self._pending: list[PendingOrder] = []  # stops first
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Receive a status or telemetry; no process publishes another's status."""
         if isinstance(message, Status) and message.identity == key.owner:
             self.statuses[key.owner] = message
-            self._known_orders.read(message)
         elif isinstance(message, Telemetry):
             self.telemetry[self._drones[key.owner]] = message
 
     def correct(self, by: int) -> None:
         """Record that `now` jumps ahead by `by` ns (back if negative): this time has not passed."""
-        for one in self._asked:
-            if one.giving is None:
+        for one in self._pending:
+            if one.delivery is None:
                 one.asked, one.since = one.asked + by, one.since + by
 
     def fleet(self, now: int) -> Fleet:
         """Return the state of all pilots at `now` (Unix ns)."""
-        return Fleet(self._plan.pilots, self.statuses, self.telemetry, now, self._known_orders)
+        return Fleet(self._plan.pilots, self.statuses, self.telemetry, now)
 
     def conduct(
         self, now: int, duration: float = 0.0, order: Order = START, grace: int = GRACE, asked: int | None = None
@@ -120,38 +124,32 @@ class OperatorCore:
         orders wait for swarm time, LOOK_TIME at most.
         """
         if order.verb in ENDING:
-            ended = [one for one in self._asked if one.order.verb not in ENDING]
-            self._asked = [one for one in self._asked if one.order.verb in ENDING]
+            ended = [one for one in self._pending if one.order.verb not in ENDING]
+            self._pending = [one for one in self._pending if one.order.verb in ENDING]
             for one in ended:
                 one.answered(ENDED)
-        new = Asked(order, now if asked is None else asked, now, answered)
+        new = PendingOrder(order, now if asked is None else asked, now, answered)
         if order.verb != "stop":
-            self._asked.append(new)
+            self._pending.append(new)
             return
-        self._asked.insert(0, new)
+        self._pending.insert(0, new)
         if self.director is not None:
             self.director.stop(now)
 
     @property
-    def asked(self) -> bool:
+    def is_ordering(self) -> bool:
         """Whether an order is pending."""
-        return bool(self._asked)
+        return bool(self._pending)
 
     @property
-    def to_plan(self) -> list[Giving]:
-        """The pending orders that wait for a planned change of formation (Giving.to_plan)."""
-        return [one.giving for one in self._asked if one.giving is not None and one.giving.to_plan is not None]
+    def to_plan(self) -> list[OrderDelivery]:
+        """The pending orders that wait for a planned change of formation (OrderDelivery.to_plan)."""
+        return [one.delivery for one in self._pending if one.delivery is not None and one.delivery.to_plan is not None]
 
     def step(self, now: int) -> Iterator[tuple[Key, Message]]:
         """Yield the messages to publish at `now`, a stop first."""
-        for key, message in self._due(now):
-            if isinstance(message, Mission):
-                self._known_orders.learn(message)
-            yield key, message
-
-    def _due(self, now: int) -> Iterator[tuple[Key, Message]]:
         fleet = self.fleet(now)
-        for one in tuple(self._asked):
+        for one in tuple(self._pending):
             yield from self._give(one, fleet)
         director = self.director
         if director is not None and director.stage is not Stage.OVER:
@@ -159,24 +157,24 @@ class OperatorCore:
             if due is not None:
                 yield _key(due), due
 
-    def _give(self, one: Asked, fleet: Fleet) -> Iterator[tuple[Key, Message]]:
+    def _give(self, one: PendingOrder, fleet: Fleet) -> Iterator[tuple[Key, Message]]:
         """Continue an order; it is answered once and then ends, except for a stop, which is repeated for STOP_TIME."""
-        if one.giving is None:
+        if one.delivery is None:
             if one.order.verb not in ENDING and not self.knows_time and fleet.now - one.since < LOOK_TIME:
                 return
-            one.giving = GIVINGS[one.order.verb](self._plan, one.order, self._new_giver(), one.asked)
+            one.delivery = DELIVERIES[one.order.verb](self._plan, one.order, self._new_giver(), one.asked)
         message = None
-        if one.giving.answer is None or one.order.verb == "stop":
-            message = one.giving.step(fleet)
+        if one.delivery.answer is None or one.order.verb == "stop":
+            message = one.delivery.step(fleet)
         if message is not None:
             yield _key(message), message
-        if one.giving.answer is None:
+        if one.delivery.answer is None:
             return
         if message is None:
-            self._asked = [other for other in self._asked if other is not one]
+            self._pending = [other for other in self._pending if other is not one]
         if not one.is_answered:
             one.is_answered = True
-            one.answered(one.giving.answer)
+            one.answered(one.delivery.answer)
 
 
 def _key(message: Mission | Stop) -> Key:

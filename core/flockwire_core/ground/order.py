@@ -34,7 +34,7 @@ class Answer(NamedTuple):
         return self.refusal or (f"sent, but not confirmed by {', '.join(self.missing)}" if self.missing else "")
 
 
-class ToPlan(NamedTuple):
+class ChangeRequest(NamedTuple):
     """A change of formation to be planned, which takes longer than a step may: arguments of `plan_in_time`."""
 
     running: Mission

@@ -1,28 +1,24 @@
-"""Decides which of several stations' orders is in force: down always, up only with knowledge.
+"""Decides which order a process obeys: one from the gateway's log, or a hold or a landing that is not in it yet.
 
-A landing and a hold are obeyed whoever gives them and whenever they arrive; a landing outranks a hold. An upward order
-(prepare, take-off, start, formation) names the orders that its giver knew. It is rejected if an order in force is not
-among them: compare and set, by versions, so that no clock decides between two stations. The set of received orders
-decides, not their sequence.
+The gateway numbers all orders (ground/order_log.py) and publishes the one in force. A hold and a landing also come
+directly from their station, and are obeyed at once. As long as the log has not numbered such an order, it counts as
+later than all of the log: no order of the log takes up before.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Final
 
 from flockwire_core.control.formation import Formation
 from flockwire_core.control.formation_change import FormationChange
-from flockwire_core.domain.order import Mission, Version
+from flockwire_core.domain.order import MOST_VERSIONS, Mission, Version
 from flockwire_core.domain.time import SECOND
 from flockwire_core.swarm.model import Swarm
-from flockwire_core.wire.status import Counts, Report, counted
+from flockwire_core.wire.status import Report
 
 DOWN = {"hold": 1, "land": 2}  # the orders that need no knowledge, with their ranks; all others are below
-CAME_DOWN = 1 << 31  # marks the version of an order whose drone landed without an order
-REMEMBERED: Final = 256  # orders that stay known
-MOST_CONCURRENT = 30  # orders that an upward order must name: no station names more than MOST_VERSIONS
-AHEAD: Final = SECOND  # ns by which an upward order's stamp may be ahead
+UNNUMBERED: Final = "obeys a hold or a landing that the gateway has not received: give it again"
 
 
 def rank(mission: Mission | None) -> int:
@@ -30,87 +26,65 @@ def rank(mission: Mission | None) -> int:
     return -1 if mission is None else DOWN.get(mission.verb, 0)
 
 
-def came_down(mission: Mission) -> Version:
-    """Return the version that means: a drone that obeyed `mission` landed without an order."""
-    return Version(mission.stamp, mission.giver | CAME_DOWN)
-
-
 class Orders:
     """The orders that one process has received.
 
-    `mission` is the one in force. `concurrent` are others that an upward order must name; `taken` is the time of the
-    newest received order, Unix ns, `rejected` the version of the last rejected one.
+    `mission` is the one that it obeys; `taken` is the time of the newest received order, Unix ns.
     """
 
     def __init__(self) -> None:
         self.mission: Mission | None = None
-        self.concurrent: tuple[Version, ...] = ()
         self.taken: int | None = None
-        self.rejected: Version | None = None
-        self._rejections = 0
-        self._past: dict[Version, None] = {}  # these do not come into force again
+        self._logged: Mission | None = None  # the newest of the log
+        self._unnumbered: dict[Version, Mission] = {}  # by arrival
 
     @property
-    def newest(self) -> tuple[Version, ...]:
-        """The versions that an upward order must name."""
-        return self.concurrent if self.mission is None else (self.mission.version, *self.concurrent)
+    def number(self) -> int:
+        """The number of the log, as received last; 0 before the first."""
+        return 0 if self._logged is None else self._logged.number
 
     @property
-    def counts(self) -> Counts:
-        """The number of rejected orders, for a status."""
-        return counted(("orders rejected", self._rejections))
+    def unnumbered(self) -> tuple[Version, ...]:
+        """The received holds and landings that the log has not numbered, by arrival."""
+        return tuple(self._unnumbered)
 
     def age(self, now: int) -> float:
         """Return the time, s, since the last change of the orders at `now` (Unix ns); -1 before the first."""
         return -1.0 if self.taken is None else (now - self.taken) / SECOND
 
     def take(self, order: Mission, now: int) -> bool:
-        """Receive `order` at `now` (Unix ns); returns whether the order in force changed."""
-        version = order.version
-        if version in self._past:
+        """Receive `order` at `now` (Unix ns); returns whether another one is in force."""
+        if order.number > self.number:
+            self._logged = order
+            self._drop(order.downs)
+        elif order.number or not rank(order) or self._has(order.version):
             return False
-        known = frozenset(order.knows)
-        if not rank(order) and not (known.issuperset(self.newest) and order.given <= now + AHEAD):
-            self._reject(version)
-            return False
-        self._remember((version,) if rank(order) else (*order.knows, version))  # a downward order cancels no other
+        else:
+            self._unnumbered[order.version] = interrupting(order, self.mission)
+            if len(self._unnumbered) > MOST_VERSIONS:
+                del self._unnumbered[next(iter(self._unnumbered))]
         self.taken = now
-        if 0 < rank(order) < rank(self.mission):  # a hold does not cancel a landing
-            self.concurrent = (*_without(self.concurrent, known), version)
-            return False
-        self.concurrent = _without(self.newest, known)
-        self.mission = _interrupting(order, self.mission)
-        return True
+        was, found = self.mission, self._logged
+        for other in self._unnumbered.values():
+            found = other if rank(other) >= rank(found) else found
+        self.mission = found
+        return found is not None and (was is None or found.version != was.version)
 
-    def ended(self) -> None:
-        """Record that the drone landed without an order: the next upward order must name this."""
-        if self.mission is None or self.mission.verb == "land" or came_down(self.mission) in self.concurrent:
-            return
-        self.concurrent = (*self.concurrent, came_down(self.mission))
+    def _drop(self, numbered: tuple[Version, ...]) -> None:
+        """Remove the orders that the log has numbered, and those before them that they replaced."""
+        highest = -1
+        for version in reversed(self.unnumbered):
+            own = rank(self._unnumbered[version])
+            highest = max(highest, own) if version in numbered else highest
+            if own <= highest:
+                del self._unnumbered[version]
 
-    @property
-    def spent(self) -> bool:
-        """Whether the drone has landed since the order in force."""
-        return self.mission is not None and came_down(self.mission) in self.concurrent
-
-    def _reject(self, version: Version) -> None:
-        if version != self.rejected:
-            self.rejected = version
-            self._rejections += 1
-
-    def _remember(self, versions: Iterable[Version]) -> None:
-        for version in versions:
-            self._past[version] = None
-        while len(self._past) > REMEMBERED:
-            del self._past[next(iter(self._past))]
+    def _has(self, version: Version) -> bool:
+        logged = self._logged
+        return version in self._unnumbered or (logged is not None and version in (logged.version, *logged.downs))
 
 
-def _without(versions: tuple[Version, ...], known: frozenset[Version]) -> tuple[Version, ...]:
-    """Return those of `versions` that are not `known`, at most the last ones."""
-    return tuple([version for version in versions if version not in known][-MOST_CONCURRENT:])
-
-
-def _interrupting(order: Mission, was: Mission | None) -> Mission:
+def interrupting(order: Mission, was: Mission | None) -> Mission:
     """Return `order` with the formation that it interrupts; hold and landing are for flying drones."""
     if was is None or not rank(order):
         return order

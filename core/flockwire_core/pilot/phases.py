@@ -45,7 +45,7 @@ class FlightPhases:
         self.reason = NO_REASON
         self.orders = Orders()
         self.mission: Mission | None = None  # the order in force
-        self._born = born  # a take-off needs a later order
+        self._born = born  # a take-off needs a later order; after a landing without an order, its end
         self._outdated = False  # the order in force is not later
 
     def order(self, mission: Mission, now: int) -> bool:
@@ -75,7 +75,7 @@ class FlightPhases:
         conditions, mission = 0, self.mission
         if mission is not None:
             conditions = ORDERED.get(mission.verb, 0)
-            if self._outdated or self.orders.spent:
+            if self._outdated:
                 conditions |= SPENT
         if airborne:
             conditions |= AIRBORNE
@@ -89,8 +89,9 @@ class FlightPhases:
             conditions |= DANGER
         was = self.phase
         self._go(conditions, found)
-        if was in IN_FLIGHT and self.phase is Phase.GROUNDED:
-            self.orders.ended()
+        down = was in IN_FLIGHT and self.phase is Phase.GROUNDED
+        if down and (mission is None or mission.verb != "land"):  # without an order
+            self._born, self._outdated = now, mission is not None
         return self.phase
 
     def _go(self, conditions: int, found: Mapping[str, Reason]) -> None:

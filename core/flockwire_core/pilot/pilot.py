@@ -147,7 +147,7 @@ class Pilot:
         `place` is that in the formation, m, None if unknown.
         """
         pose, telemetry, flight = self._body.last, self._telemetry, self.flight
-        counts = (*flight.orders.counts, *counted(("poses refused", self._body.refused)))
+        counts = counted(("poses refused", self._body.refused))
         if self._guard is not None and self._guard.cornered:
             counts = (*counts, (CORNERED, self._guard.cornered))
         return Report(
@@ -160,7 +160,7 @@ class Pilot:
             flight.mission,
             counts=counts,
             position=pose.position if pose is not None else None,
-            concurrent=flight.orders.concurrent,
+            unnumbered=flight.orders.unnumbered,
             order_age=flight.orders.age(now),
             reasons=tuple(self._reasons(now, formation_error, place)),
             code=flight.reason.code,

@@ -23,6 +23,16 @@ class Randomness(Protocol):
         """Return a number evenly distributed over [0, 1)."""
 
 
+class Store(Protocol):
+    """What a process keeps for its next one: a few bytes."""
+
+    def read(self) -> bytes:
+        """Return what was written last, empty if nothing."""
+
+    def write(self, data: bytes) -> None:
+        """Keep `data`; does not wait for it."""
+
+
 class Start(NamedTuple):
     """The input of a core at its start."""
 
@@ -31,6 +41,7 @@ class Start(NamedTuple):
     now: int  # Unix ns
     chance: Randomness
     stopwatch: Stopwatch | None = None  # for a user's law
+    store: Store | None = None
 
     @property
     def drone(self) -> int:

@@ -19,6 +19,7 @@ from flockwire_core.process.stopwatch import Stopwatch
 from flockwire_core.process.timekeeping import Timekeeping, patience
 from flockwire_core.runtime.datagrams import Sockets, serve
 from flockwire_core.runtime.ending import Ending, last_resort, wait_for_end
+from flockwire_core.runtime.file_store import FileStore
 from flockwire_core.runtime.job import Job, connect_job
 from flockwire_core.runtime.refusals import Refusals
 from flockwire_core.runtime.resources import ProcessResources
@@ -27,6 +28,7 @@ from flockwire_core.runtime.subscriptions import Prompt, Wakeup
 from flockwire_core.runtime.supervision import Supervision
 from flockwire_core.runtime.swarm_clock import SwarmClock
 from flockwire_core.runtime.ticker import Ticker
+from flockwire_core.security.files import default_folder
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.phase import Phase
@@ -141,7 +143,8 @@ async def run_core(job: Job, feed: Feed | None = None) -> None:
         await swarm_clock.wait_for_time(ending.ended, patience(plan, identity), lambda: _waits(status))
         chance = Random(plan.swarm.gateway.seed)  # noqa: S311  (noise)
         status.stopwatch = Stopwatch(clock.monotonic, 1.0 / plan.swarm.control.rate_hz)
-        core = job.make_core(Start(plan, identity, clock.now(), chance, status.stopwatch))
+        store = FileStore((job.keys or default_folder(plan.swarm.name)) / f"{identity}.kept")
+        core = job.make_core(Start(plan, identity, clock.now(), chance, status.stopwatch, store))
         sockets = await stack.enter_async_context(serve(core))
         shell = Shell(core, plan, identity, session, swarm_clock, status, sockets)
         fed = feed(core, shell.step) if feed is not None else None

@@ -239,7 +239,7 @@ TABLE = (
     KeyRow(
         # An order that takes up: the gateway accepts it, and publishes it as the mission, or not.
         "proposal", Mission, _everybody, _any_of(_all(*ORDERING), _ros_orders("start", "formation")), _all(GATEWAY),
-        400, 8192, Delivery.EVENT, None, ANY_TIME, each=True,
+        400, 8192, Delivery.EVENT, None, ANY_TIME, keep_all=True,
     ),
     KeyRow(
         # A hold and a landing go to all at once. The gateway repeats the order in force, stamp unchanged.

@@ -23,7 +23,8 @@ def write_mission(writer: Writer, mission: Mission) -> None:
     for ranks in (places_before, places, mission.without):
         writer.numbers("H", ranks)
     writer.unsigned(mission.giver)
-    write_versions(writer, mission.knows)
+    writer.long(mission.number)
+    write_versions(writer, mission.downs)
 
 
 def read_any_mission(stamp: int, frame: str, reader: Reader) -> Mission:
@@ -31,15 +32,16 @@ def read_any_mission(stamp: int, frame: str, reader: Reader) -> Mission:
     verb, start, formation = reader.text(), reader.time(), reader.text()
     begin, duration, before = reader.time(), reader.double(), reader.text()
     change = Change(begin, duration, before, reader.numbers("H"), reader.numbers("H"))
-    without, giver, knows = reader.numbers("H"), reader.unsigned(), read_versions(reader)
+    without, giver, number = reader.numbers("H"), reader.unsigned(), reader.long()
+    downs = read_versions(reader)
     if change == NO_CHANGE:
-        return Mission(stamp, frame, verb, start, formation, None, without, giver, knows)
+        return Mission(stamp, frame, verb, start, formation, None, without, giver, number, downs)
     ranks = list(range(len(change.places)))
     if sorted(change.places) != ranks or sorted(change.places_before) != ranks:
         raise MessageError("a change of formation in which two have one place")
     if not 0.0 < change.duration <= LONGEST_CHANGE:
         raise MessageError(f"a change of formation that takes {change.duration} s")
-    return Mission(stamp, frame, verb, start, formation, change, without, giver, knows)
+    return Mission(stamp, frame, verb, start, formation, change, without, giver, number, downs)
 
 
 def read_mission(stamp: int, frame: str, reader: Reader) -> Mission:

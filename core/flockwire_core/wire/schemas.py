@@ -64,7 +64,7 @@ DEFINITIONS = {
         "std_msgs/Header header\nstring verb\nbuiltin_interfaces/Time start\nstring formation\n"
         "builtin_interfaces/Time change_begin\nfloat64 change_duration\nstring change_before\n"
         "uint16[] places_before\nuint16[] places\nuint16[] without\n"
-        "uint32 giver\nflockwire_msgs/OrderVersion[] knows"
+        "uint32 giver\nuint64 number\nflockwire_msgs/OrderVersion[] downs"
     ),
     "flockwire_msgs/msg/OrderVersion": "builtin_interfaces/Time stamp\nuint32 giver",
     "flockwire_msgs/msg/TimeRequest": "std_msgs/Header header",
@@ -83,10 +83,10 @@ DEFINITIONS = {
         "builtin_interfaces/Time order_stamp\nstring order_verb\nbuiltin_interfaces/Time order_start\n"
         "string order_formation\nbuiltin_interfaces/Time order_change_begin\nfloat64 order_change_duration\n"
         "string order_change_before\nuint16[] order_places_before\nuint16[] order_places\n"
-        "uint16[] order_without\nuint32 order_giver\nflockwire_msgs/OrderVersion[] order_knows\n"
+        "uint16[] order_without\nuint32 order_giver\nuint64 order_number\nflockwire_msgs/OrderVersion[] order_downs\n"
         "bool position_known\ngeometry_msgs/Point position\n"
         "float64 clock_offset\nfloat64 clock_bound\n"
-        "flockwire_msgs/OrderVersion[] order_concurrent\nfloat64 order_age\n"
+        "flockwire_msgs/OrderVersion[] order_unnumbered\nfloat64 order_age\n"
         "flockwire_msgs/Reason[] reasons\nint32 place\nstring code"
     ),
     "flockwire_msgs/msg/Reason": "string code\nstring text\nstring remedy",

@@ -57,7 +57,7 @@ class Report(NamedTuple):
         latency: s from a frame's capture to its publication, median.
         counts: counts of bad input.
         position: m, world frame, by its own pose.
-        concurrent: other orders that an upward order must name (pilot/orders.py).
+        unnumbered: holds and landings that it received, and the gateway's log has not numbered yet (pilot/orders.py).
         order_age: s since it received its newest order.
         place: the rank of the place that it holds by the auction, None without one.
         code: of the reason of a pilot's phase (pilot/reactions.py).
@@ -77,7 +77,7 @@ class Report(NamedTuple):
     latency: float = -1.0
     counts: Counts = ()
     position: Vector | None = None
-    concurrent: tuple[Version, ...] = ()
+    unnumbered: tuple[Version, ...] = ()
     order_age: float = -1.0
     reasons: tuple[Reason, ...] = ()
     place: int | None = None
@@ -88,11 +88,6 @@ class Report(NamedTuple):
         """The detail, all reasons and the place in one line."""
         place = "" if self.place is None else f"holds place {self.place}"
         return "; ".join(filter(None, (self.detail, *(reason.line for reason in self.reasons), place)))
-
-    @property
-    def newest(self) -> tuple[Version, ...]:
-        """The orders that an upward order must name."""
-        return self.concurrent if self.mission is None else (self.mission.version, *self.concurrent)
 
 
 class Status(NamedTuple):

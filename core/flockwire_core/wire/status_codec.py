@@ -51,7 +51,7 @@ def write_status(writer: Writer, status: Status) -> None:
     writer.vector(report.position or ZERO)
     writer.double(status.clock_offset)
     writer.double(status.clock_bound)
-    write_versions(writer, report.concurrent)
+    write_versions(writer, report.unnumbered)
     writer.double(report.order_age)
     texts = tuple([_shorten(text) for reason in report.reasons[:MOST_REASONS] for text in reason])
     writer.texts(texts, len(Reason._fields))
@@ -87,12 +87,12 @@ def read_status(stamp: int, frame: str, reader: Reader) -> Status:
     rejected, links, latency, counts = _read_counts(reader), _texts(reader), reader.double(), _read_counts(reader)
     mission = read_any_mission(reader.time(), frame, reader)
     known, position, clock_offset, clock_bound = reader.byte(), reader.vector(), reader.double(), reader.double()
-    concurrent, order_age = read_versions(reader), reader.double()
+    unnumbered, order_age = read_versions(reader), reader.double()
     reasons = tuple([Reason(_text(reader), _text(reader), _text(reader)) for _ in range(reader.length())])
     place, code = reader.take("i"), _text(reader)
     report = Report(
         phase, detail, figures[0], figures[1], figures[2], figures[3], figures[4], figures[5],
-        mission if mission.stamp else None, latency, counts, position if known else None, concurrent, order_age,
+        mission if mission.stamp else None, latency, counts, position if known else None, unnumbered, order_age,
         reasons, place if place >= 0 else None, code,
     )  # fmt: skip
     return Status(

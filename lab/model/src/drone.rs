@@ -1,6 +1,6 @@
 //! One drone: its pilot (a process that may end and begin again), its driver, its airframe, and the links between them.
 
-use crate::orders::{ANY_CAME_DOWN, Order, Orders, Verb};
+use crate::orders::{Order, Orders, Verb};
 use crate::protocol::Bug;
 use crate::table::{Phase, Table, condition};
 
@@ -19,7 +19,7 @@ pub struct Drone {
     pub alive: bool,
     pub phase: Phase,
     pub orders: Orders,
-    born: u8,            // how many orders had been given when it began
+    born: u8,            // how many orders had been given when it began, or came down without an order
     known: Option<bool>, // whether it flies, by the newest telemetry
     deaf: bool,          // without telemetry for long
     orderless: bool,     // in flight without an order for long
@@ -102,7 +102,6 @@ impl Drone {
         let held = self.orders.holds.map(|k| all[k as usize]);
         let verb = held.map(|order| order.verb);
         let old = self.orders.holds.is_some_and(|k| k < self.born) && bug != "a restarted pilot obeys what it missed";
-        let spent = self.orders.spent() && bug != "what came down takes off again";
         let up = verb.is_some_and(Verb::takes_off) || (verb == Some(Verb::Hold) && bug == "a hold takes off");
         let orderless = self.orderless && self.orders.holds.is_none();
         let set_down = self.sets_down && self.telemetry && self.air;
@@ -115,7 +114,7 @@ impl Drone {
             ("disturbed", troubled),
             ("danger", lands),
             ("up", up),
-            ("outdated", old || spent),
+            ("outdated", old),
             ("formation", matches!(verb, Some(Verb::Start | Verb::Formation))),
             ("landing", verb == Some(Verb::Land)),
         ];
@@ -126,7 +125,9 @@ impl Drone {
             self.thought_down = None;
         }
         if was.in_flight() && self.phase == Phase::Grounded {
-            self.orders.ended(all);
+            if verb != Some(Verb::Land) && bug != "what came down takes off again" {
+                self.born = all.len() as u8;
+            }
             self.thought_down = self.air.then_some(all.len() as u8);
         }
     }
@@ -140,14 +141,11 @@ impl Drone {
     }
 
     fn touch_down(&mut self, all: &[Order]) {
-        let landings = (0..all.len()).filter(|k| all[*k].verb == Verb::Land).fold(0, |found, k| found | 1 << k);
-        let known = landings | ANY_CAME_DOWN; // the protocol does not tell one drone's from another's
         (self.air, self.high, self.silence) = (false, false, 0);
         let before = self.thought_down.take().unwrap_or(all.len() as u8);
-        let under_order = !self.alive || self.orders.holds.is_some();
         self.barred = 0;
         for (k, order) in all[..before as usize].iter().enumerate() {
-            if under_order && order.knows & known == 0 {
+            if !order.informed {
                 self.barred |= 1 << k;
             }
         }

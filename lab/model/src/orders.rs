@@ -1,4 +1,4 @@
-//! Which order holds: pilot/orders.py. Versions are bits: of order k the bit k, of "came down by order k" the bit MOST + k.
+//! Which order holds: pilot/orders.py, and ground/order_log.py. Sets of orders are bits: of order k the bit k.
 
 use crate::protocol::Bug;
 
@@ -27,83 +27,95 @@ impl Verb {
     }
 }
 
-/// `rightful` is not part of the protocol: the holds and landings that its giver may end, for they came before it asked.
+/// `rightful` and `informed` are not part of the protocol: the holds and landings that its giver may end, for they came
+/// before it asked; and whether its giver knew a landing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Order {
     pub verb: Verb,
     pub giver: u8,
-    pub knows: u16,
+    pub number: u8, // of the log that it was made from
     pub rightful: u8,
+    pub informed: bool,
 }
 
-pub fn bit(order: u8) -> u16 {
+pub fn bit(order: u8) -> u8 {
     1 << order
 }
 
-pub const ANY_CAME_DOWN: u16 = !0 << MOST;
-
-pub fn came_down(order: u8) -> u16 {
-    1 << (MOST as u8 + order)
+/// Return the order in force by the log: a hold cancels no landing.
+pub fn in_force(log: &[u8], all: &[Order]) -> Option<u8> {
+    log.iter().fold(None, |held: Option<u8>, k| {
+        let (rank, was) = (all[*k as usize].verb.rank(), held.map_or(-1, |k| all[k as usize].verb.rank()));
+        if 0 < rank && rank < was { held } else { Some(*k) }
+    })
 }
 
-/// The orders that one pilot has taken in. `down` is not part of the protocol: the holds and landings among them.
+/// The orders that one pilot has received. `down` is not part of the protocol: the holds and landings that it obeyed.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Orders {
     pub holds: Option<u8>,
-    pub concurrent: u16,
-    past: u16,
+    logged: Option<u8>,
+    numbered: u8, // the orders in the log, as received last
+    number: u8,
+    unnumbered: Vec<u8>, // by arrival
     pub down: u8,
 }
 
 impl Orders {
-    pub fn newest(&self) -> u16 {
-        self.concurrent | self.holds.map_or(0, bit)
+    pub fn received(&self, order: u8) -> bool {
+        self.numbered & bit(order) != 0 || self.unnumbered.contains(&order)
     }
 
-    pub fn spent(&self) -> bool {
-        self.holds.is_some_and(|held| self.concurrent & came_down(held) != 0)
+    /// Receive the order in force by this part of the log.
+    pub fn read(&mut self, log: &[u8], all: &[Order]) {
+        if log.len() as u8 <= self.number {
+            return;
+        }
+        (self.number, self.logged) = (log.len() as u8, in_force(log, all));
+        self.numbered = log.iter().fold(0, |found, k| found | bit(*k));
+        let mut highest = -1;
+        for k in self.unnumbered.clone().into_iter().rev() {
+            let rank = all[k as usize].verb.rank();
+            highest = if self.numbered & bit(k) != 0 { highest.max(rank) } else { highest };
+            if rank <= highest {
+                self.unnumbered.retain(|other| *other != k);
+                self.down &= if self.numbered & bit(k) != 0 { !0 } else { !bit(k) };
+            }
+        }
+        self.obey(all);
     }
 
-    pub fn knows_of(&self, order: u8) -> bool {
-        self.past & bit(order) != 0
-    }
-
-    /// Take in order `k`; returns whether a hold took a landing back, which must not be.
+    /// Receive order `k` from its station; returns whether a hold took a landing back, which must not be.
     pub fn take(&mut self, k: u8, all: &[Order], bug: Bug) -> bool {
-        let order = all[k as usize];
-        let rank = order.verb.rank();
+        let rank = all[k as usize].verb.rank();
         let was = self.holds.map_or(-1, |held| all[held as usize].verb.rank());
         if bug == "the newest stamp holds" {
             if self.holds.is_none_or(|held| k > held) {
-                self.down |= if rank > 0 { bit(k) as u8 } else { 0 };
-                self.holds = Some(k);
+                self.down |= if rank > 0 { bit(k) } else { 0 };
+                (self.holds, self.numbered) = (Some(k), self.numbered | bit(k));
             }
-            self.past |= bit(k);
             return false;
         }
-        if self.knows_of(k) {
+        if rank == 0 || self.received(k) {
             return false;
         }
-        let unknown = self.newest() & !order.knows;
-        if rank == 0 && unknown != 0 && bug != "orders name nothing" {
-            return false;
+        self.unnumbered.push(k);
+        self.down |= bit(k);
+        self.obey(all);
+        if bug == "a hold takes a landing back" {
+            self.holds = Some(k);
         }
-        self.past |= bit(k) | if rank == 0 { order.knows & 0xff } else { 0 };
-        self.down |= if rank > 0 { bit(k) as u8 } else { 0 };
-        if 0 < rank && rank < was && bug != "a hold takes a landing back" {
-            self.concurrent = self.concurrent & !order.knows | bit(k);
-            return false;
-        }
-        self.concurrent = unknown;
-        self.holds = Some(k);
-        rank == 1 && was == 2
+        was == 2 && self.holds.is_some_and(|held| all[held as usize].verb == Verb::Hold)
     }
 
-    pub fn ended(&mut self, all: &[Order]) {
-        if let Some(held) = self.holds {
-            if all[held as usize].verb != Verb::Land {
-                self.concurrent |= came_down(held);
+    fn obey(&mut self, all: &[Order]) {
+        let rank = |held: Option<u8>| held.map_or(-1, |k| all[k as usize].verb.rank());
+        self.holds = self.logged;
+        for k in &self.unnumbered {
+            if rank(Some(*k)) >= rank(self.holds) {
+                self.holds = Some(*k);
             }
         }
+        self.down |= if rank(self.holds) > 0 { self.holds.map_or(0, bit) } else { 0 };
     }
 }

@@ -28,12 +28,13 @@ pub const BUGS: [Bug; 13] = [
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Station {
     asked: Option<u8>, // a start or a change is under way: the holds and landings before it was asked for
-    known: u16,
+    known: u8,         // the number of the log, as read last
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct State {
-    orders: Vec<Order>, // each may be delivered to each pilot at any time, never, or again
+    orders: Vec<Order>, // each may reach the gateway, and a hold or a landing each pilot, at any time, never, or again
+    log: Vec<u8>,       // as the gateway numbers them; each number of it may reach each pilot likewise
     stations: [Station; 2],
     drones: Vec<Drone>,
     taken: u8, // the holds and landings that anybody has taken in
@@ -46,8 +47,10 @@ pub struct State {
 pub enum Action {
     Ask(usize),
     Give(usize, Verb),
-    Hear(usize, usize),
+    Read(usize),
     Deliver(u8, usize),
+    Number(u8),
+    Publish(usize, usize),
     GiveStop,
     StopDriver(usize),
     StopPilot(usize),
@@ -99,41 +102,29 @@ impl Protocol {
 
     fn give(&self, state: &mut State, s: usize, verb: Verb) {
         let station = &mut state.stations[s];
+        let read = &state.log[..station.known as usize];
         let mut rightful = station.asked.unwrap_or(0);
-        for (k, order) in state.orders.iter().enumerate() {
-            if station.known & 1 << k != 0 && order.verb.rank() == 0 {
-                rightful |= order.rightful;
-            }
+        for k in read.iter().filter(|k| state.orders[**k as usize].verb.rank() == 0) {
+            rightful |= state.orders[*k as usize].rightful; // who gave it knew them
         }
-        let downs = (0..state.orders.len()).filter(|k| state.orders[*k].verb.rank() > 0).fold(0, |all, k| all | 1 << k);
-        for (k, order) in state.orders.iter().enumerate().rev() {
-            if rightful & 1 << k != 0 {
-                rightful |= order.knows as u8 & downs; // who gave it knew them
-            }
-        }
-        let new = state.orders.len() as u8;
-        state.orders.push(Order { verb, giver: s as u8, knows: station.known, rightful });
-        station.known |= bit(new);
+        let informed = read.iter().any(|k| state.orders[*k as usize].verb == Verb::Land);
+        state.orders.push(Order { verb, giver: s as u8, number: station.known, rightful, informed });
         if verb.rank() > 0 {
             station.asked = None;
         }
     }
 
-    /// The station looks at what a pilot reports; another's hold or landing that is news ends what is under way.
-    fn hear(&self, state: &mut State, s: usize, i: usize) {
-        let (station, orders) = (&mut state.stations[s], &state.drones[i].orders);
-        let before = station.known;
-        if let Some(held) = orders.holds.filter(|held| before & bit(*held) == 0) {
-            station.known |= state.orders[held as usize].knows;
-        }
-        station.known |= orders.newest();
-        let news = (0..state.orders.len() as u8)
-            .filter(|k| orders.newest() & !before & bit(*k) != 0)
-            .filter(|k| state.orders[*k as usize].verb.rank() > 0 && state.orders[*k as usize].giver != s as u8)
-            .any(|k| station.asked.is_some_and(|asked| asked & 1 << k == 0));
+    /// The station reads the log; another's hold or landing that is news ends what is under way.
+    fn read(&self, state: &mut State, s: usize) {
+        let station = &mut state.stations[s];
+        let news = state.log[station.known as usize..]
+            .iter()
+            .filter(|k| state.orders[**k as usize].verb.rank() > 0 && state.orders[**k as usize].giver != s as u8)
+            .any(|k| station.asked.is_some_and(|asked| asked & bit(*k) == 0));
         if news && self.bug != "news is not noticed" {
             station.asked = None;
         }
+        station.known = state.log.len() as u8;
     }
 
     /// Whether a station that hears the pilot takes its hold or landing `k` as confirmed by it.
@@ -142,7 +133,7 @@ impl Protocol {
         if self.bug == "any newer order confirms" {
             return drone.orders.holds.is_some_and(|held| held >= k);
         }
-        let Some(held) = drone.orders.holds.filter(|_| drone.orders.newest() & bit(k) != 0) else { return false };
+        let Some(held) = drone.orders.holds.filter(|_| drone.orders.received(k)) else { return false };
         let on_ground = matches!(drone.phase, Phase::Grounded | Phase::Ready);
         (order.verb == Verb::Hold && on_ground) || state.orders[held as usize].verb == order.verb
     }
@@ -162,7 +153,7 @@ impl Protocol {
             }
             for k in 0..state.orders.len() as u8 {
                 let down = state.orders[k as usize].verb.rank() > 0;
-                if down && self.confirms(state, drone, k) && !drone.orders.knows_of(k) {
+                if down && self.confirms(state, drone, k) && !drone.orders.received(k) {
                     return Some("who has confirmed a hold or a landing has taken it in");
                 }
             }
@@ -178,6 +169,7 @@ impl Model for Protocol {
     fn init_states(&self) -> Vec<State> {
         vec![State {
             orders: Vec::new(),
+            log: Vec::new(),
             stations: Default::default(),
             drones: vec![Drone::new(); self.drones],
             taken: 0,
@@ -198,15 +190,17 @@ impl Model for Protocol {
                     None => actions.push(Action::Ask(s)),
                     Some(_) => actions.extend([Verb::TakeOff, Verb::Start, Verb::Formation].map(|v| Action::Give(s, v))),
                 }
-                actions.extend((0..self.drones).filter(|i| state.drones[*i].alive).map(|i| Action::Hear(s, i)));
+                actions.push(Action::Read(s));
             }
         }
+        actions.extend((0..state.orders.len() as u8).filter(|k| !state.log.contains(k)).map(Action::Number));
         if self.stop && !state.stop {
             actions.push(Action::GiveStop);
         }
         for (i, drone) in state.drones.iter().enumerate() {
             if drone.alive {
                 actions.extend((0..state.orders.len() as u8).map(|k| Action::Deliver(k, i)));
+                actions.extend((1..=state.log.len()).map(|number| Action::Publish(number, i)));
             } else {
                 actions.push(Action::Begin(i));
             }
@@ -234,12 +228,20 @@ impl Model for Protocol {
         let given = state.orders.len();
         match action {
             Action::Ask(s) => {
-                let known = (0..given).filter(|k| state.stations[s].known & 1 << k != 0);
-                let down = known.filter(|k| state.orders[*k].verb.rank() > 0).fold(0, |all, k| all | 1 << k);
-                state.stations[s].asked = Some(state.taken | down);
+                let own = (0..given).filter(|k| state.orders[*k].giver == s as u8 && state.orders[*k].verb.rank() > 0);
+                state.stations[s].asked = Some(own.fold(state.taken, |all, k| all | 1 << k));
             }
             Action::Give(s, verb) => self.give(&mut state, s, verb),
-            Action::Hear(s, i) => self.hear(&mut state, s, i),
+            Action::Read(s) => self.read(&mut state, s),
+            Action::Number(k) => {
+                let order = state.orders[k as usize];
+                let up = order.verb.rank() == 0;
+                if !up || order.number as usize == state.log.len() || self.bug == "orders name nothing" {
+                    state.log.push(k);
+                    state.taken |= if up { 0 } else { bit(k) };
+                }
+            }
+            Action::Publish(number, i) => state.drones[i].orders.read(&state.log[..number], &state.orders),
             Action::Deliver(k, i) => {
                 if state.drones[i].orders.take(k, &state.orders, self.bug) {
                     state.wrong = Some("no hold takes a landing back");

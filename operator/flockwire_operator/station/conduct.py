@@ -6,9 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from flockwire_core.domain.time import SECOND
+from flockwire_core.ground.delivery import LOOK_TIME
 from flockwire_core.ground.director import Stage
 from flockwire_core.ground.fleet import unrecorded
-from flockwire_core.ground.giving import LOOK_TIME
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import OPERATOR
 

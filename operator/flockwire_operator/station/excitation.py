@@ -175,7 +175,7 @@ class ExcitationCore:
     def _order(self, verb: str, now: int) -> None:
         mission = self._pilot.flight.mission
         if mission is None or mission.verb != verb:
-            order = Mission(now, self._frame, verb, now, knows=self._pilot.flight.orders.newest)
+            order = Mission(now, self._frame, verb, now, number=self._pilot.flight.orders.number + 1)
             self._pilot.flight.order(order, now)
 
     def _sign(self, now: int) -> float:

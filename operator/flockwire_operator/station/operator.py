@@ -88,7 +88,7 @@ class Operator:
             if result is not None:
                 return result
             self.publish()
-            due = max(due + nanoseconds(GIVING_PERIOD if self.core.asked else usual), clock.monotonic())
+            due = max(due + nanoseconds(GIVING_PERIOD if self.core.is_ordering else usual), clock.monotonic())
             await asyncio.sleep((due - clock.monotonic()) / SECOND)
 
     async def watch(self, seconds: float, seen: Callable[[], bool] = bool) -> None:

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 
 from flockwire_core import clock
 from flockwire_core.domain.order import Mission
-from flockwire_core.ground.giving import Giving
-from flockwire_core.ground.order import ToPlan
+from flockwire_core.ground.delivery import OrderDelivery
+from flockwire_core.ground.order import ChangeRequest
 from flockwire_core.objects import load_object
 from flockwire_core.swarm.model import Swarm
 
@@ -23,9 +23,9 @@ class Planner:
     """Plans changes of formation beside the loop that it is called in."""
 
     def __init__(self) -> None:
-        self._tasks: dict[Giving, asyncio.Task[None]] = {}
+        self._tasks: dict[OrderDelivery, asyncio.Task[None]] = {}
 
-    def plan(self, swarm: Swarm, waiting: Sequence[Giving]) -> None:
+    def plan(self, swarm: Swarm, waiting: Sequence[OrderDelivery]) -> None:
         """Plan the change of `swarm` for each that waits for one; a plan that none waits for any more is dropped."""
         for given in [given for given in self._tasks if given not in waiting]:
             self._tasks.pop(given).cancel()
@@ -34,7 +34,7 @@ class Planner:
                 self._tasks[given] = asyncio.create_task(_answer(swarm, given, given.to_plan))
 
 
-async def _answer(swarm: Swarm, given: Giving, change: ToPlan) -> None:
+async def _answer(swarm: Swarm, given: OrderDelivery, change: ChangeRequest) -> None:
     try:
         mission = await asyncio.to_thread(plan_order, swarm, change)
     except ValueError as error:  # ChangeRefusedError: it cannot be flown
@@ -45,7 +45,7 @@ async def _answer(swarm: Swarm, given: Giving, change: ToPlan) -> None:
         given.planned(mission)
 
 
-def plan_order(swarm: Swarm, change: ToPlan) -> Mission:
+def plan_order(swarm: Swarm, change: ChangeRequest) -> Mission:
     """Return the order for `change`. Raises ChangeRefusedError."""
     order: Mission = load_object(PLAN)(
         swarm, change.running, change.formation, clock.now, change.leader, change.duration

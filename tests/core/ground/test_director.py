@@ -6,16 +6,15 @@ from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
 from flockwire_core.ground.director import GRACE, LEAD_TIME, REPEAT, STAGE_TIME, Director, Stage
 from flockwire_core.ground.fleet import STALE, Fleet
-from flockwire_core.ground.known_orders import KnownOrders
 from flockwire_core.ground.order import Order
+from flockwire_core.ground.order_log import OrderLog
 from flockwire_core.loading import parse_swarm
-from flockwire_core.pilot.orders import Orders
+from flockwire_core.pilot.orders import Orders, rank
 from flockwire_core.pilot.phases import OUTDATED
 from flockwire_core.swarm.tables import Fence
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import Report, Status
-from repeated_orders import repeated
 
 BEGAN = 1_790_000_000 * SECOND
 OURS, THEIRS = 7, 8  # the numbers of the director that is tested, and of another operator
@@ -64,16 +63,15 @@ class Pilot:
         """Have it obey `order` alone, None: no order, as one that has just begun."""
         self.orders = Orders()
         if order is not None:
-            self.orders.take(order, order.stamp)
+            self.orders.take(order._replace(number=max(order.number, 1)), order.stamp)
 
     def status(self, now):
         orders = self.orders
         report = Report(
             self.phase, self.detail, mission=orders.mission, position=self.position,
-            concurrent=orders.concurrent, order_age=orders.age(now),
+            unnumbered=orders.unnumbered, order_age=orders.age(now),
         )  # fmt: skip
-        identity = "gateway" if self.phase is Phase.TRACKING else PILOTS[self.drone]
-        return Status(self.died or now, "world", identity, report, 0, 0, 0, 0, 0, 0.0, 0, (), ())
+        return Status(self.died or now, "world", PILOTS[self.drone], report, 0, 0, 0, 0, 0, 0.0, 0, (), ())
 
     def telemetry(self, now):
         state = self.state
@@ -88,11 +86,14 @@ def conducting(duration=60.0, formation="", without=(), **options):
 
 
 class Tower:
-    """A director, and its pilots, a tenth of a second between steps."""
+    """A director, its pilots, and the gateway's log, a tenth of a second between steps."""
+
+    phase, detail = Phase.TRACKING, ""  # of the gateway
 
     def __init__(self, duration=60.0, formation=""):
         self.now, self.director = BEGAN, conducting(duration, formation)
         self.pilots = {name: Pilot(drone) for drone, name in PILOTS.items()}
+        self.log = OrderLog(frozenset(), BEGAN)
 
     def step(self, seconds=0.1, **changes):
         """Let time pass; returns the verbs of the orders given. `changes`: pilots' phases, or (phase, detail)."""
@@ -113,19 +114,33 @@ class Tower:
     def fleet(self, now):
         """Return what the director knows at `now`."""
         statuses, telemetry = self.received()
-        return Fleet(PILOTS, statuses, telemetry, now, repeated(statuses.values()))
+        return Fleet(PILOTS, statuses, telemetry, now)
 
     def received(self):
         """Return the newest statuses and telemetry."""
         there = [(name, pilot) for name, pilot in self.pilots.items() if pilot.phase is not None]
         statuses = {name: pilot.status(self.now) for name, pilot in there}
+        report = Report(self.phase, self.detail, mission=self.log.order, order_age=self.log.age(self.now))
+        statuses["gateway"] = Status(self.now, "world", "gateway", report, 0, 0, 0, 0, 0, 0.0, 0, (), ())
         return statuses, {pilot.drone: pilot.telemetry(self.now) for _, pilot in there}
 
     def take(self, order):
-        """Let an order reach the pilots, whose next statuses name it."""
+        """Let an order reach the gateway and the pilots, whose next statuses name it."""
+        if not rank(order):
+            number = self.log.order.number if self.log.order is not None else 0
+            order = order if order.giver == OURS else order._replace(number=number)
+        self.log.take(order, self.now)
         for pilot in self.pilots.values():
-            if not pilot.deaf:
-                pilot.orders.take(order, self.now)
+            for one in (order, self.log.order) if rank(order) else (self.log.order,):
+                if not pilot.deaf and one is not None:
+                    pilot.orders.take(one, self.now)
+
+    def obey(self, order, *pilots):
+        """Have `pilots` (none: all) obey an order that the log has had for long."""
+        self.log = OrderLog(frozenset(), BEGAN)
+        self.log.take(order, order.stamp)
+        for name in pilots or tuple(self.pilots):
+            self.pilots[name].mission = self.log.order
 
     def all(self, phase, seconds=0.1):
         return self.step(seconds, **dict.fromkeys(self.pilots, phase))
@@ -224,30 +239,6 @@ def test_an_order_is_repeated_until_every_pilots_status_names_it(tower):
     assert tower.orders(1.0) == []
 
 
-def test_an_order_is_repeated_until_the_gateway_has_it_too(tower):
-    tower.pilots["gateway"] = gateway = Pilot(0, Phase.TRACKING, deaf=True)
-    (first,) = tower.orders(0.1, **dict.fromkeys(PILOTS.values(), Phase.READY))
-    assert tower.orders(0.5) == [first] * 5
-    gateway.deaf = False
-    assert tower.orders(0.1) == [first]
-    assert tower.orders(1.0) == []
-
-
-def test_an_order_that_the_gateway_rejects_for_a_rival_is_given_again_with_the_rival_named(tower):
-    tower.pilots["gateway"] = gateway = Pilot(0, Phase.TRACKING)
-    gateway.mission = rival = Mission(BEGAN - SECOND, "world", "takeoff", giver=THEIRS - 2)
-    gateway.phase = None  # its status comes after the order
-    (first,) = tower.orders(0.1, **dict.fromkeys(PILOTS.values(), Phase.READY))
-    gateway.phase = Phase.TRACKING
-    again = tower.orders(0.1)
-    assert [order.verb for order in again] == ["takeoff"]
-    assert rival.version in again[0].knows
-    assert first.version in again[0].knows
-    tower.orders(0.1)
-    assert gateway.mission is again[0]
-    assert tower.orders(1.0) == []
-
-
 def test_an_order_is_repeated_no_faster_than_needed(tower):
     tower.pilots["uav2"].deaf = True
     tower.all(Phase.READY)
@@ -258,7 +249,7 @@ def test_an_order_is_repeated_no_faster_than_needed(tower):
 def test_a_pilot_that_restarted_without_the_order_gets_it_again(flying):
     order = flying.pilots["uav1"].mission
     flying.pilots["uav1"].mission, flying.pilots["uav1"].deaf = None, True
-    assert flying.orders(0.2) == [order] * 2
+    assert [one.version for one in flying.orders(0.2)] == [order.version] * 2
 
 
 def test_nothing_is_repeated_when_the_flight_is_over(flying):
@@ -307,7 +298,7 @@ def test_a_pilot_that_restarts_has_a_second_to_find_itself_in_flight(flying):
 def test_a_pilot_may_be_given_longer_to_come_back():
     director = conducting(0.0, grace=5 * SECOND)
     director.stage = Stage.FLYING
-    orders = [director.step(Fleet(PILOTS, {}, {}, BEGAN + tenth * SECOND // 10, KnownOrders())) for tenth in range(51)]
+    orders = [director.step(Fleet(PILOTS, {}, {}, BEGAN + tenth * SECOND // 10)) for tenth in range(51)]
     assert [tenth for tenth, order in enumerate(orders) if order is not None] == [50]
     assert director.failure.startswith("leader left the formation")
 
@@ -413,14 +404,16 @@ def test_another_operators_hold_is_not_overruled(flying):
 
 
 def test_another_operators_order_that_reached_one_pilot_is_repeated_for_the_others(flying):
-    hold = flying.pilots["uav2"].mission = Mission(flying.now, "world", "hold")
-    assert flying.orders(0.1, uav2=Phase.HOLD) == [hold]
+    hold = Mission(flying.now, "world", "hold")
+    flying.log.take(hold, flying.now)
+    flying.pilots["uav2"].orders.take(flying.log.order, flying.now)
+    assert flying.orders(0.1, uav2=Phase.HOLD) == [flying.log.order]
     assert all(pilot.mission.version == hold.version for pilot in flying.pilots.values())
 
 
 def test_another_operators_formation_is_what_resume_goes_back_to(flying):
     start = flying.pilots["leader"].mission
-    wide = start._replace(stamp=flying.now, formation="wide", giver=THEIRS, knows=(start.version,))
+    wide = start._replace(stamp=flying.now, formation="wide", giver=THEIRS)
     flying.take(wide)
     flying.step()
     assert flying.director.resume(flying.now).formation == "wide"
@@ -463,7 +456,7 @@ def test_a_landing_after_which_another_operator_started_again_is_over(flying):
     land = flying.director.land(flying.now)
     flying.take(land)
     flying.all(Phase.LANDING, 0.2)
-    again = Mission(flying.now, "world", "start", giver=THEIRS, knows=(land.version,))
+    again = Mission(flying.now, "world", "start", giver=THEIRS)
     flying.take(again)
     assert flying.all(Phase.FORMATION, 0.2) == []
     assert (flying.stage, flying.failure) == (Stage.OVER, "")
@@ -475,10 +468,10 @@ def test_a_landing_that_one_drone_missed_is_not_over_when_another_operator_prepa
     land = flying.director.land(flying.now)
     flying.take(land)
     flying.step(0.2, leader=Phase.LANDING, uav1=Phase.LANDING)
-    flying.take(Mission(flying.now, "world", "prepare", giver=THEIRS, knows=(land.version,), without=(2,)))
+    flying.take(Mission(flying.now, "world", "prepare", giver=THEIRS, without=(2,)))
     assert flying.step(0.3) == ["land"] * 3
     assert flying.stage is Stage.LANDING
-    flying.take(Mission(flying.now, "world", "start", giver=THEIRS, knows=(land.version,), without=(2,)))
+    flying.take(Mission(flying.now, "world", "start", giver=THEIRS, without=(2,)))
     flying.step(0.2, leader=Phase.FORMATION, uav1=Phase.FORMATION)
     assert flying.stage is Stage.LANDING
 
@@ -492,9 +485,7 @@ def test_who_starts_without_a_drone_waits_for_those_that_land(tower):
 @pytest.mark.parametrize(("left", "orders"), [((2,), []), ((), ["formation"])])
 def test_who_starts_without_a_drone_leaves_a_flying_formation_as_it_is(tower, left, orders):
     """It has that drone left out already, or is told so; nobody holds, its time goes on, even if nobody can join."""
-    running = Mission(BEGAN - SECOND, "world", "start", BEGAN, giver=THEIRS, without=left)
-    for pilot in tower.pilots.values():
-        pilot.mission = running
+    tower.obey(Mission(BEGAN - SECOND, "world", "start", BEGAN, giver=THEIRS, without=left))
     tower.director = conducting(without=(2,))
     given = tower.orders(0.1, leader=Phase.FORMATION, uav1=(Phase.GROUNDED, "battery"), uav2=Phase.GROUNDED)
     assert [(order.verb, order.start, order.without) for order in given] == [(verb, BEGAN, (2,)) for verb in orders]
@@ -582,8 +573,8 @@ def test_after_a_hold_the_formations_time_continues(flying):
     flying.take(hold)
     assert (hold.verb, flying.all(Phase.HOLD)) == ("hold", [])
     again = flying.director.resume(flying.now)
-    assert again._replace(knows=()) == start._replace(stamp=flying.now, knows=())
-    assert hold.version in again.knows
+    assert again._replace(number=0) == start._replace(stamp=flying.now, number=0)
+    assert again.number > start.number
     assert again.stamp > hold.stamp
 
 
@@ -622,15 +613,15 @@ def test_a_stop_is_a_failure_and_over_when_nothing_flies(flying):
 
 def same_flight(order, running):
     """Return whether `order` has all fly what `running` does, as the director's own order, made from that one."""
-    own = running._replace(stamp=order.stamp, giver=OURS, knows=order.knows)
-    return order == own and running.version in order.knows
+    return order == running._replace(stamp=order.stamp, giver=OURS, number=order.number)
 
 
 def fly_without(straggler, tower):
     """Let all but one be in a formation that somebody started a minute ago; returns its order."""
     running = Mission(BEGAN - 60 * SECOND, "world", "start", BEGAN - 60 * SECOND + LEAD_TIME, "wide")
+    tower.obey(running, *(name for name in tower.pilots if name != straggler))
     for name, pilot in tower.pilots.items():
-        pilot.phase, pilot.mission = (Phase.READY, None) if name == straggler else (Phase.FORMATION, running)
+        pilot.phase = Phase.READY if name == straggler else Phase.FORMATION
     return running
 
 
@@ -689,11 +680,7 @@ def test_on_the_ground_patience_ends_with_what_is_waited_for(tower):
 class Blind(Tower):
     """A tower whose gateway has no poses."""
 
-    def received(self):
-        statuses, telemetry = super().received()
-        report = Report(Phase.WAITING, "no answer from 10.0.0.1:1510: check its address")
-        gateway = Status(self.now, "world", "gateway", report, 0, 0, 0, 0, 0, 0.0, 0, (), ())
-        return statuses | {"gateway": gateway}, telemetry
+    phase, detail = Phase.WAITING, "no answer from 10.0.0.1:1510: check its address"
 
 
 def test_without_poses_the_reason_of_the_gateway_comes_first():
@@ -798,56 +785,52 @@ def test_who_stands_away_from_its_start_is_named_when_patience_ends(placed):
 
 
 def test_after_a_flight_drones_stand_where_they_landed(placed):
-    placed.pilots["uav2"].mission = Mission(BEGAN - SECOND, "world", "land")
+    placed.obey(Mission(BEGAN - SECOND, "world", "land"), "uav2")
     assert placed.all(Phase.READY) == ["takeoff"]
 
 
 # Two stations.
 
 
-def rival(flying, giver, knows=()):
-    """Have uav2 obey a start of another station that crossed this flight's; returns it."""
-    crossed = flying.pilots["leader"].mission._replace(giver=giver, formation="wide", knows=knows)
-    flying.pilots["uav2"].mission = crossed
-    flying.pilots["uav2"].orders.taken = flying.now
-    return crossed
+def crossed(tower, verb, formation=""):
+    """Have the log accept an order of another station, made from what this flight's newest order was made from."""
+    other = Mission(tower.now, "world", verb, tower.now, formation, giver=THEIRS)
+    tower.take(other)
+    return other
 
 
-def test_of_two_starts_that_crossed_that_with_the_larger_number_is_given_again(flying):
-    crossed = rival(flying, OURS - 1)
-    flying.step()
-    assert {pilot.mission.giver for pilot in flying.pilots.values()} == {OURS}
-    assert crossed.version in flying.pilots["uav2"].mission.knows
+def test_of_two_starts_that_crossed_the_one_in_the_log_is_followed(tower):
+    tower.all(Phase.READY)
+    order = tower.director.order
+    for name in tower.pilots:
+        tower.pilots[name].phase = Phase.HOLD
+    other = crossed(tower, "start", "wide")  # this flight's start is made from the number before
+    assert tower.director.step(tower.fleet(tower.now)) is None
+    assert order.number < tower.director.order.number
+    assert (tower.director.order.giver, tower.director.order.formation) == (THEIRS, other.formation)
+    tower.all(Phase.FORMATION, 0.2)
+    assert (tower.stage, tower.failure) == (Stage.FLYING, "")
 
 
-def test_of_two_starts_that_crossed_that_with_the_smaller_number_gives_way(flying):
-    crossed = rival(flying, THEIRS)
-    flying.step()
-    assert flying.director.order == crossed
+def test_a_start_that_crossed_anothers_take_off_is_given_again(tower):
+    tower.all(Phase.READY)
+    for name in tower.pilots:
+        tower.pilots[name].phase = Phase.HOLD
+    start = tower.director.step(tower.fleet(tower.now))
+    assert start.verb == "start"
+    crossed(tower, "takeoff")
+    tower.take(start)  # is too late
+    assert tower.log.order.giver == THEIRS
+    assert tower.all(Phase.HOLD) == ["start"]
+    assert tower.log.order.giver == OURS
 
 
-def test_where_the_other_station_is_gone_its_start_is_given_again(flying):
-    crossed = rival(flying, THEIRS)
-    flying.step(2.0)
-    orders = {pilot.mission.version for pilot in flying.pilots.values()}
-    assert len(orders) == 1
-    assert {pilot.mission.formation for pilot in flying.pilots.values()} == {"wide"}
-    assert crossed.version in flying.director.order.knows
-
-
-def test_an_order_that_a_pilot_brings_back_from_long_ago_is_not_a_rival(flying):
-    rival(flying, THEIRS)
-    flying.pilots["uav2"].orders.taken = flying.now - 60 * SECOND
-    flying.step()
-    assert {pilot.mission.giver for pilot in flying.pilots.values()} == {OURS}
-
-
-def test_a_hold_that_was_made_from_the_landing_does_not_end_its_repetition(flying):
+def test_a_hold_that_a_pilot_has_first_does_not_end_the_repetition_of_a_landing(flying):
     land = flying.director.land(flying.now)
     flying.pilots["uav2"].deaf = True
     flying.take(land)
-    flying.pilots["uav2"].mission = Mission(flying.now, "world", "hold", giver=THEIRS, knows=(land.version,))
     flying.pilots["uav2"].deaf = False
+    flying.pilots["uav2"].orders.take(Mission(flying.now, "world", "hold", giver=THEIRS), flying.now)
     assert flying.step(0.1) == ["land"]
     assert flying.pilots["uav2"].mission.verb == "land"
 
@@ -867,8 +850,7 @@ def test_who_is_left_out_stays_left_out_after_an_order_of_another_station_that_d
     tower.step(leader=Phase.READY, uav1=Phase.READY)
     for phase in (Phase.READY, Phase.HOLD, Phase.FORMATION):
         tower.step(0.2, leader=phase, uav1=phase)
-    known = tower.pilots["leader"].orders.newest
-    tower.take(Mission(tower.now, "world", "formation", tower.now, "wide", giver=THEIRS, knows=known))
+    tower.take(Mission(tower.now, "world", "formation", tower.now, "wide", giver=THEIRS))
     tower.step()
     assert tower.director.resume(tower.now).without == (2,)
 

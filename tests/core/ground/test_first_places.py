@@ -6,7 +6,6 @@ from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
 from flockwire_core.ground.first_places import with_first_places, with_held_places
 from flockwire_core.ground.fleet import Fleet
-from flockwire_core.ground.known_orders import KnownOrders
 from flockwire_core.pilot.orders import flown_formation
 from flockwire_core.wire.cdr import Reader, Writer
 from flockwire_core.wire.orders import read_mission, write_mission
@@ -30,7 +29,7 @@ def fleet(plan, positions):
         )
         for i, x in positions.items()
     }
-    return Fleet(plan.pilots, statuses, {}, NOW, KnownOrders())
+    return Fleet(plan.pilots, statuses, {}, NOW)
 
 
 @pytest.fixture(scope="module")
@@ -97,7 +96,7 @@ def reporting(plan, places):
         plan.pilots[i]: Status(NOW, "world", plan.pilots[i], report, 0, 0, 0, 0, 0, 0.0, 0, (), ())
         for i, report in reports.items()
     }
-    return Fleet(plan.pilots, statuses, {}, NOW, KnownOrders())
+    return Fleet(plan.pilots, statuses, {}, NOW)
 
 
 def test_a_change_begins_at_the_places_that_the_followers_report(plan, make_plan):

@@ -4,12 +4,11 @@ from flockwire_core.domain.time import SECOND
 from flockwire_core.ground.fleet import STALE, Fleet
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import Report, Status
-from repeated_orders import repeated
 
 NOW = 1_790_000_000 * SECOND
 PILOTS = {0: "leader", 3: "uav3"}
 OLD = NOW - STALE
-HOLD, LAND = Mission(NOW - 5, "world", "hold"), Mission(NOW - 2, "world", "land")
+HOLD, LAND = Mission(NOW - 5, "world", "hold", number=1), Mission(NOW - 2, "world", "land", number=2)
 
 
 def status(identity, report, stamp=NOW):
@@ -21,7 +20,7 @@ def telemetry(state, stamp=NOW):
 
 
 def fleet(statuses=(), states=None):
-    return Fleet(PILOTS, {one.identity: one for one in statuses}, states or {}, NOW, repeated(statuses))
+    return Fleet(PILOTS, {one.identity: one for one in statuses}, states or {}, NOW)
 
 
 def test_who_is_silent_has_no_phase():
@@ -39,16 +38,25 @@ def test_all_are_in_a_phase_when_each_is_in_one_of_those():
     assert known.why(3) == "why"
 
 
-def test_a_process_that_flies_nothing_is_not_a_pilot():
-    known = fleet([status("gateway", Report("serving", mission=LAND))])
-    assert known.mission() is None
-    assert known.fresh == {}
+def gateway(mission, age=1.0, stamp=NOW):
+    return status("gateway", Report("tracking", mission=mission, order_age=age), stamp)
 
 
-def test_the_newest_order_that_somebody_obeys_is_the_fleets():
-    assert fleet().mission() is None
-    known = fleet([status("leader", Report("hold", mission=HOLD)), status("uav3", Report("landing", mission=LAND))])
-    assert known.mission() == LAND
+def test_the_order_in_force_is_the_gateways():
+    assert (fleet().mission(), fleet().order_age, fleet([gateway(None, -1.0)]).mission()) == (None, None, None)
+    known = fleet([gateway(LAND), status("leader", Report("hold", mission=HOLD))])
+    assert (known.mission(), known.order_age) == (LAND, 1.0)
+    assert known.fresh.keys() == {0}
+    assert fleet([gateway(LAND, stamp=OLD)]).mission() is None
+
+
+def test_what_a_pilot_obeys_and_the_log_does_not_have_is_unclear():
+    unnumbered = Report("landing", mission=LAND._replace(number=0), unnumbered=(LAND.version,))
+    known = [status("leader", Report("hold", mission=HOLD)), status("uav3", unnumbered)]
+    assert fleet([*known, gateway(HOLD)]).unclear() == [3]
+    assert fleet([*known, gateway(LAND._replace(downs=(LAND.version,)))]).unclear() == []
+    assert fleet([*known, gateway(None)]).unclear() == [0, 3]
+    assert fleet(known).unnumbered(PILOTS.values()) == ("uav3",)
 
 
 def test_only_who_obeys_this_very_order_has_confirmed_it():
@@ -58,24 +66,26 @@ def test_only_who_obeys_this_very_order_has_confirmed_it():
 
 
 def test_a_hold_below_a_landing_is_not_obeyed_in_the_air():
-    lands = Report("landing", mission=LAND, concurrent=(HOLD.version,))
-    on_ground = Report("ready", mission=LAND, concurrent=(HOLD.version,))
+    lands = Report("landing", mission=LAND, unnumbered=(HOLD.version,))
+    on_ground = Report("ready", mission=LAND, unnumbered=(HOLD.version,))
     assert fleet([status("leader", lands), status("uav3", on_ground)]).unconfirmed(HOLD) == ("leader",)
 
 
 def test_two_landings_at_once_are_both_confirmed():
     other = Mission(NOW - 9, "world", "land", giver=3)
-    lands = Report("landing", mission=LAND, concurrent=(other.version,))
+    lands = Report("landing", mission=LAND._replace(downs=(other.version, LAND.version)))
     known = fleet([status("leader", lands), status("uav3", lands)])
     assert known.unconfirmed(other) == known.unconfirmed(LAND) == ()
 
 
-def test_an_order_made_from_another_is_the_newer_one_whatever_their_stamps():
-    start = Mission(NOW - 60 * SECOND, "world", "start", giver=4, knows=(LAND.version,))
-    known = fleet([status("leader", Report("ready", mission=LAND)), status("uav3", Report("take-off", mission=start))])
-    assert known.mission() == start
-    assert known.overruled(LAND) == start
-    assert known.overruled(start) is None
+def test_stronger_is_what_outranks_an_order_or_was_made_from_it():
+    start = Mission(NOW, "world", "start", giver=4, number=3, downs=(LAND.version,))
+    assert fleet([gateway(start)]).stronger(LAND) == start
+    assert fleet([gateway(LAND)]).stronger(HOLD._replace(number=0)) == LAND
+    assert fleet([gateway(HOLD)]).stronger(LAND) is None
+    proposal = start._replace(number=2, downs=())
+    assert fleet([gateway(LAND)]).stronger(proposal) is None  # it was made from that
+    assert fleet([gateway(LAND._replace(number=3))]).stronger(proposal).verb == "land"
 
 
 def test_who_is_silent_or_has_no_order_has_not_confirmed():
@@ -86,7 +96,7 @@ def test_who_is_silent_or_has_no_order_has_not_confirmed():
 def test_a_gateway_that_repeats_another_order_gets_this_one_again_but_confirms_nothing():
     pilots = [status(identity, Report("landing", mission=LAND)) for identity in PILOTS.values()]
     for mission, lacks in ((None, True), (HOLD, True), (LAND, False)):
-        known = fleet([*pilots, status("gateway", Report("tracking", mission=mission))])
+        known = fleet([*pilots, gateway(mission)])
         assert known.unconfirmed(LAND) == ()
         assert known.lacking(LAND) == (("gateway",) if lacks else ())
     silent = status("gateway", Report("tracking"), OLD)
@@ -104,23 +114,9 @@ def test_a_drone_of_which_nothing_is_known_is_not_down():
     assert old.not_down() == ("uav0", "uav3")
 
 
-def test_a_hold_made_from_a_landing_does_not_hold_where_the_landing_does():
-    hold = Mission(NOW, "world", "hold", giver=9, knows=(LAND.version,))
-    known = fleet([status("leader", Report("landing", mission=LAND)), status("uav3", Report("hold", mission=hold))])
-    assert known.mission() == LAND
-
-
-def test_what_a_drone_that_was_left_out_brings_back_does_not_hold():
-    start = Mission(NOW - 9, "world", "start", NOW - 9, giver=5, without=(3,))
-    known = fleet([status("leader", Report("formation", mission=start)), status("uav3", Report("ready", mission=LAND))])
-    assert known.mission() == known.flown() == start
-
-
-def test_two_that_take_up_are_rivals_unless_one_was_made_from_the_other():
-    start, other = Mission(NOW - 9, "world", "start", giver=5), Mission(NOW - 8, "world", "start", giver=6)
-    known = fleet([status("leader", Report("formation", mission=other)), status("uav3", Report("hold", mission=start))])
-    assert known.rival(start).mission == other
-    assert known.rival(start._replace(stamp=NOW, knows=(other.version, start.version))) is None
-    later = fleet([status("leader", Report("formation", mission=other._replace(knows=(start.version,))))])
-    assert later.rival(start) is None
-    assert fleet([status("leader", Report("landing", mission=LAND))]).rival(start) is None
+def test_a_formation_is_flown_by_the_order_in_force():
+    start = Mission(NOW - 9, "world", "start", NOW - 9, giver=5, number=1)
+    flies = status("leader", Report("formation", mission=start))
+    assert fleet([flies, gateway(start)]).flown() == start
+    assert fleet([flies, gateway(LAND)]).flown() is None
+    assert fleet([status("leader", Report("hold", mission=start)), gateway(start)]).flown() is None

@@ -9,8 +9,9 @@ import pytest
 from flockwire_core.domain.airframe import FlightState, Telemetry
 from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.domain.time import SECOND
+from flockwire_core.ground.delivery import ANSWER_TIME, LOOK_TIME, STOP_TIME
 from flockwire_core.ground.director import POLL_PERIOD, Stage
-from flockwire_core.ground.giving import ANSWER_TIME, LOOK_TIME, STOP_TIME
+from flockwire_core.ground.fleet import GATEWAY_SILENT
 from flockwire_core.ground.operator import ELSEWHERE, ENDED, OperatorCore
 from flockwire_core.ground.order import Answer, Order
 from flockwire_core.pilot.orders import rank
@@ -87,7 +88,7 @@ def test_a_stop_is_repeated_for_a_while_though_all_confirm_it_and_is_answered_on
     assert repeated == ["stop"] * round(STOP_TIME / STEP)
     assert len({message.stamp for message in station.published}) == len(repeated)
     assert station.step(1.0) == []
-    assert not station.core.asked
+    assert not station.core.is_ordering
     if not by_key:
         assert [answer.missing for answer in station.answers] == [()]
 
@@ -141,7 +142,7 @@ def test_what_takes_up_waits_for_swarm_time_and_what_goes_down_does_not(station:
     assert station.answers == []  # it has not begun to look round, which takes as long
     station.core.knows_time = True
     station.step(2 * LOOK_TIME / SECOND)
-    assert station.answers[0].refusal.startswith("no drone flies a formation")
+    assert station.answers[0].refusal == GATEWAY_SILENT
     station.core.knows_time = False
     station.ask("land")
     assert station.step() == ["land"]
@@ -162,14 +163,14 @@ def test_a_clock_that_is_set_moves_when_an_order_was_asked_for(station: Station)
     station.core.correct(ahead)
     station.now += ahead
     station.core.knows_time = True
-    hold = Mission(BEGAN, "world", "hold", giver=1)
-    for pilot in station.plan.pilots.values():
+    hold = Mission(BEGAN, "world", "hold", giver=1, number=1)
+    for process in ("gateway", *station.plan.pilots.values()):
         report = Report("ready", mission=hold, order_age=1.0)
-        status = Status(station.now, "world", pilot, report, 1, 0, 0, 0, 0, 0.0, 0, (), (), 0.0, 0.0)
-        station.core.receive(Key("status", pilot), status, station.now)
+        status = Status(station.now, "world", process, report, 1, 0, 0, 0, 0, 0.0, 0, (), (), 0.0, 0.0)
+        station.core.receive(Key("status", process), status, station.now)
     station.step()
     assert station.answers == []
-    assert station.core.asked
+    assert station.core.is_ordering
 
 
 def test_no_process_reports_another(station: Station) -> None:

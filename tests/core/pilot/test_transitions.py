@@ -3,7 +3,6 @@ from itertools import chain, combinations
 import pytest
 from flockwire_core.domain.order import MISSION_VERBS, Mission
 from flockwire_core.domain.time import SECOND
-from flockwire_core.pilot.orders import came_down
 from flockwire_core.pilot.phases import IN_FLIGHT, FlightPhases
 from flockwire_core.pilot.reactions import HOLD, LAND, REFUSE
 from flockwire_core.pilot.transitions import CONDITIONS, PHASES, bits, transition, transitions
@@ -29,7 +28,7 @@ def flight_in(phase, verb, outdated=False, start=0):
     """Return a flight in `phase` whose order is `verb` (empty: none), from before its process or not."""
     flight = FlightPhases(BORN)
     if verb:
-        flight.order(Mission(BORN - SECOND if outdated else BORN + SECOND, "world", verb, start), NOW)
+        flight.order(Mission(BORN - SECOND if outdated else BORN + SECOND, "world", verb, start, number=1), NOW)
     flight.phase = phase
     return flight
 
@@ -55,8 +54,8 @@ def test_what_else_makes_a_condition_hold():
     early = flight_in(Phase.HOLD, "start", start=NOW + 1)
     later = transition(Phase.HOLD, bits({"airborne", "high", "disturbed"} | ordered("start")))
     assert update(early, {"airborne", "high"}) is later.after
-    came_back = flight_in(Phase.READY, "start")
-    came_back.orders.concurrent = (came_down(came_back.mission),)
+    came_back = flight_in(Phase.HOLD, "start")
+    assert update(came_back, ()) is Phase.GROUNDED
     assert update(came_back, ()) is transition(Phase.READY, bits(ordered("start", True))).after
 
 

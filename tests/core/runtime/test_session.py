@@ -148,7 +148,7 @@ def test_orders_travel_before_state_and_no_put_waits_for_a_peer(make_plan):
         state = [
             *chain(*(outlet.publishers for key, outlet in gateway._publishing.outlets.items() if key.kind == "pose"))
         ]
-        assert len(orders) == 2
+        assert len(orders) == 3
         assert state
         assert all(publisher.congestion_control == zenoh.CongestionControl.DROP for publisher in orders + state)
         assert all(publisher.priority == zenoh.Priority.REAL_TIME for publisher in orders)

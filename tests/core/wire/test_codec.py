@@ -41,12 +41,12 @@ bids = st.lists(st.builds(Bid, st.floats(0.0, 1e9), st.integers(-1, 2**31 - 1)),
 versions = st.lists(st.builds(Version, stamps, givers), max_size=4).map(tuple)
 orders = st.builds(
     Mission, stamps.filter(bool), st.just("world"), st.text(), stamps, st.text(), st.none() | changes, absent,
-    givers, versions, st.just(0),
+    givers, counts, versions, st.just(0),
 )  # fmt: skip
 reports = st.builds(
     Report, st.text(), st.text(), numbers, numbers, numbers, numbers, numbers, numbers, st.none() | orders,
     latency=numbers, counts=st.lists(st.tuples(st.text(), counts), max_size=3).map(tuple),
-    position=st.none() | vectors, concurrent=versions, order_age=numbers,
+    position=st.none() | vectors, unnumbered=versions, order_age=numbers,
     reasons=st.lists(st.builds(Reason, st.text(), st.text(), st.text()), max_size=3).map(tuple),
     place=st.none() | st.integers(0, 2**31 - 1),
     code=st.text(),
@@ -62,7 +62,7 @@ MESSAGES = (
     st.builds(Telemetry, stamps, frames, st.sampled_from(FlightState), numbers, numbers, numbers, st.booleans()),
     st.builds(
         Mission, stamps, frames, st.sampled_from(MISSION_VERBS), stamps, st.text(), st.none() | changes, absent,
-        givers, versions, st.just(0),
+        givers, counts, versions, st.just(0),
     ),
     st.builds(Bids, stamps, frames, st.builds(Version, stamps, givers), bids),
     st.builds(Stop, stamps, frames, st.text()),
@@ -127,7 +127,7 @@ def ros_content(message):  # noqa: PLR0911 (one for each kind)
                 ros_time(order.stamp), order.verb, *ros_formation(order),
                 r.position is not None, T["Point"](*(r.position or (0.0, 0.0, 0.0))),
                 message.clock_offset, message.clock_bound,
-                ros_versions(r.concurrent), r.order_age, [T["Reason"](*reason) for reason in r.reasons],
+                ros_versions(r.unnumbered), r.order_age, [T["Reason"](*reason) for reason in r.reasons],
                 -1 if r.place is None else r.place, r.code,
             )  # fmt: skip
     raise AssertionError(message)
@@ -137,7 +137,7 @@ def ros_formation(order):
     begin, duration, before, places_before, places = order.change or Change(0, 0.0, "", (), ())
     ranks = [np.array(each, dtype=np.uint16) for each in (places_before, places, order.without)]
     changed = (ros_time(order.start), order.formation, ros_time(begin), duration, before)
-    return (*changed, *ranks, order.giver, ros_versions(order.knows))
+    return (*changed, *ranks, order.giver, order.number, ros_versions(order.downs))
 
 
 def ros_versions(versions):
@@ -175,7 +175,7 @@ def test_every_frame_id_keeps_the_alignment(length):
         Telemetry(stamp, frame, FlightState.FLYING, 0.5, 1.0, 0.01),
         Mission(stamp, frame, "start", stamp, "line"),
         Mission(stamp, frame, "formation", stamp, "line", Change(stamp, 2.0, "", (0, 1, 2), (2, 0, 1))),
-        Mission(stamp, frame, "start", giver=7, knows=(Version(stamp - 1, 8), Version(stamp, 2**31))),
+        Mission(stamp, frame, "start", giver=7, number=9, downs=(Version(stamp - 1, 8), Version(stamp, 2**31))),
         Bids(stamp, frame, Version(stamp - 1, 8), (Bid(1.5, 3), Bid(0.0, -1))),
         Stop(stamp, frame, "why"),
         TimeRequest(stamp, frame),
@@ -200,7 +200,7 @@ def test_every_frame_id_keeps_the_alignment(length):
             stamp,
             frame,
             "uav1",
-            Report("hold", mission=Mission(stamp - 2, frame, "start", stamp, "line"), concurrent=(Version(stamp, 1),)),
+            Report("hold", mission=Mission(stamp - 2, frame, "start", stamp, "line"), unnumbered=(Version(stamp, 1),)),
             1,
             2,
             3,

@@ -10,6 +10,7 @@ import pytest
 from flockwire_core.domain.airframe import FlightState, Telemetry
 from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.domain.time import SECOND
+from flockwire_core.ground.order_log import OrderLog
 from flockwire_core.wire.keys import MISSION, PROPOSAL, STOP, Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import Report, Status
@@ -29,17 +30,19 @@ class Flown:
         self.core.operator.knows_time = True
         self.published: list[Mission | Stop] = []
         self.answers: list[tuple[bool, str]] = []
-        self.obeyed: dict[str, Mission] = {}
+        self.obeyed: dict[str, Mission | None] = {}
+        self.log = OrderLog(frozenset(), NOW)
 
     def ask(self, name: str) -> None:
         self.core.request(name, self.now, lambda success, text: self.answers.append((success, text)))
 
     def run(self, seconds: float) -> None:
         for _ in range(round(seconds * 50)):
-            for pilot in self.plan.pilots.values():
-                report = Report(Phase.HOLD, mission=self.obeyed.get(pilot))
-                status = Status(self.now, "world", pilot, report, 0, 0, 0, 0, 0, 0.0, 0, (), ())
-                self.core.receive(Key("status", pilot), status, self.now)
+            reports = {pilot: Report(Phase.HOLD, mission=self.obeyed.get(pilot)) for pilot in self.plan.pilots.values()}
+            reports["gateway"] = Report("tracking", mission=self.log.order, order_age=self.log.age(self.now))
+            for process, report in reports.items():
+                status = Status(self.now, "world", process, report, 0, 0, 0, 0, 0, 0.0, 0, (), ())
+                self.core.receive(Key("status", process), status, self.now)
             for drone in self.plan.pilots:
                 told = Telemetry(self.now, "world", FlightState.FLYING, 1.0, 1.0, 0.0)
                 self.core.receive(Key("telemetry", f"uav{drone}"), told, self.now)
@@ -47,7 +50,8 @@ class Flown:
                 assert key in (MISSION, PROPOSAL, STOP)
                 self.published.append(message)
                 if isinstance(message, Mission):
-                    self.obeyed |= {p: message for p in self.plan.pilots.values() if p not in self.deaf}
+                    self.log.take(message, self.now)
+                    self.obeyed |= {p: self.log.order for p in self.plan.pilots.values() if p not in self.deaf}
             self.now += SECOND // 50
 
 

@@ -7,8 +7,8 @@ import pytest
 from flockwire_core import clock
 from flockwire_core.domain.order import Change, Mission, Stop
 from flockwire_core.domain.time import SECOND
-from flockwire_core.ground import formation_planning, starting
-from flockwire_core.ground import giving as core
+from flockwire_core.ground import delivery as core
+from flockwire_core.ground import formation_planning
 from flockwire_core.ground.order import Answer, Order
 from flockwire_core.runtime.session import RouterAbsentError
 from flockwire_core.wire.phase import Phase
@@ -145,7 +145,7 @@ def test_one_start_takes_off_who_was_restarted_on_the_ground_while_the_others_to
 
 
 def test_a_start_is_refused_with_the_list_of_who_is_not_ready_and_why(swarm, monkeypatch):
-    monkeypatch.setattr(starting, "READY_TIME", SECOND // 5)
+    monkeypatch.setattr(core, "READY_TIME", SECOND // 5)
     swarm["uav2"].phase, swarm["uav2"].detail = Phase.GROUNDED, "waits for its own pose"
     swarm["uav3"].silent = True
     assert give(swarm, "start").refusal == (

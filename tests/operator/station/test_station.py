@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import pytest
 from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.domain.time import SECOND, nanoseconds
-from flockwire_core.ground import director, giving
+from flockwire_core.ground import delivery, director
 from flockwire_core.ground.director import Stage
 from flockwire_core.runtime import session as sessions
 from flockwire_core.runtime.session import RouterAbsentError
@@ -220,7 +220,7 @@ def test_another_operators_landing_is_not_a_failure(fly):
 @pytest.fixture
 def serving(make_plan, monkeypatch):
     """Return a flight on a host that does not conduct, whose swarm flies; nobody there has the time."""
-    monkeypatch.setattr(giving, "LOOK_TIME", TICK)
+    monkeypatch.setattr(delivery, "LOOK_TIME", TICK)
     monkeypatch.setattr(operator, "POLL_PERIOD", TICK)
     hosts = {"ground": {"address": "127.0.0.1"}, "air": {"address": "127.0.0.1", "processes": ["leader"]}}
     flight = StationFlight(make_plan({"hosts": hosts, "network.base_port": 29000}), "air")
@@ -257,7 +257,7 @@ def test_a_key_of_a_host_that_does_not_conduct_is_an_order_to_all_and_the_host_k
 
 
 def test_who_does_not_confirm_the_order_of_a_key_is_named(serving, capsys, monkeypatch):
-    monkeypatch.setattr(giving, "ANSWER_TIME", SECOND // 10)
+    monkeypatch.setattr(delivery, "ANSWER_TIME", SECOND // 10)
     serving.swarm["uav3"].deaf = True
     serving.at = {Stage.PREPARING: press_then_interrupt(serving, "land")}
     serving.conduct()

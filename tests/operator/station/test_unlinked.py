@@ -7,8 +7,7 @@ from contextlib import closing
 import pytest
 from flockwire_core import clock
 from flockwire_core.domain.time import SECOND
-from flockwire_core.ground import giving as core
-from flockwire_core.ground import starting
+from flockwire_core.ground import delivery as core
 from flockwire_core.ground.order import Order
 from flockwire_core.runtime.session import Session
 from flockwire_core.security.pki import make_keys
@@ -81,7 +80,7 @@ def test_over_quic_an_unused_port_is_reported(make_plan, base, keys):
 @pytest.mark.parametrize("verb", ["hold", "land", "stop", "start"])
 def test_an_order_without_receivers_was_not_sent_and_reports_why(plan, keys, monkeypatch, verb):
     for module, patience in (
-        (core, "ANSWER_TIME"), (core, "LOOK_TIME"), (starting, "LOOK_TIME"), (starting, "READY_TIME"),
+        (core, "ANSWER_TIME"), (core, "LOOK_TIME"), (core, "READY_TIME"),
     ):  # fmt: skip
         monkeypatch.setattr(module, patience, SECOND // 10)
     answer = asyncio.run(giving.give(plan, keys, Order(verb)))

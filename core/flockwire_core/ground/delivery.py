@@ -11,12 +11,12 @@ from abc import ABC, abstractmethod
 from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.domain.time import SECOND
-from flockwire_core.ground.director import LEAD_TIME
+from flockwire_core.ground.director import LEAD_TIME, Director, Stage
 from flockwire_core.ground.first_places import with_first_places, with_held_places
-from flockwire_core.ground.fleet import Fleet
-from flockwire_core.ground.order import Answer, Order, ToPlan, overtaken
-from flockwire_core.ground.standing import Standing
-from flockwire_core.pilot.orders import DOWN, rank
+from flockwire_core.ground.fleet import GATEWAY_SILENT, IN_THE_AIR, Fleet
+from flockwire_core.ground.known_orders import KnownOrders
+from flockwire_core.ground.order import ENDING, Answer, ChangeRequest, Order, overtaken
+from flockwire_core.pilot.orders import UNNUMBERED, rank
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.plan import Plan
@@ -24,10 +24,11 @@ from flockwire_core.wire.plan import Plan
 ANSWER_TIME = 3 * SECOND  # ns for the confirmation of an order
 DOWN_TIME = 5 * SECOND  # ns for a drone's state to show that its motors are off
 STOP_TIME = 2 * SECOND  # ns, shortest repetition of a stop, even if confirmed
+READY_TIME = 5 * SECOND  # ns for all starting drones to be ready
 LOOK_TIME = 3 * SECOND // 2  # ns to observe the swarm before an order that depends on its state
 
 
-class Giving(ABC):
+class OrderDelivery(ABC):
     """One order to the swarm of `plan`, requested at `asked` (Unix ns), with `giver` as its number.
 
     `answer` is set at its end; a stop is repeated for a while after that. If `to_plan` is not None, call `planned` with
@@ -36,25 +37,25 @@ class Giving(ABC):
 
     def __init__(self, plan: Plan, order: Order, giver: int, asked: int) -> None:
         self.answer: Answer | None = None
-        self.to_plan: ToPlan | None = None
+        self.to_plan: ChangeRequest | None = None
         self._plan, self._order = plan, order
         self._giver, self._asked = giver, asked
-        self._standing = Standing(giver, asked)
+        self._known = KnownOrders(giver, asked)
         self._began: int | None = None
 
     def step(self, fleet: Fleet) -> Mission | Stop | None:
         """Return the messages to publish now, for the state of the whole swarm."""
         self._began = fleet.now if self._began is None else self._began
         present = fleet.present()
-        return self._step(present, self._standing.look(present), fleet.now - self._began)
+        return self._step(present, self._known.read(present), fleet.now - self._began)
 
     def planned(self, mission: Mission | None, refusal: str = "") -> None:
         """Take the change that was planned, or why there is none."""
         raise NotImplementedError
 
     @abstractmethod
-    def _step(self, fleet: Fleet, news: Mission | None, since: int) -> Mission | Stop | None:
-        """Return the messages for each kind of order; `news` is another's order, `since` counts from step 1, ns."""
+    def _step(self, fleet: Fleet, news: str, since: int) -> Mission | Stop | None:
+        """Return the due message; `news` is another's hold or landing, if any, `since` counts from step 1, ns."""
 
     def _answer(self, fleet: Fleet, missing: tuple[str, ...], refusal: str = "", note: str = "") -> None:
         confirmed = tuple(pilot for pilot in fleet.pilots.values() if pilot not in missing)
@@ -62,8 +63,8 @@ class Giving(ABC):
 
     def _repeat(self, mission: Mission, fleet: Fleet, note: str = "") -> Mission | None:
         """Return `mission` again; answer if all have it, the time is over, or another order replaced it."""
-        missing, late = fleet.unconfirmed(mission), fleet.now - self._standing.since >= ANSWER_TIME
-        stronger = fleet.overruled(mission) or self._stronger(mission)
+        missing, late = fleet.unconfirmed(mission), fleet.now - self._known.since >= ANSWER_TIME
+        stronger = fleet.stronger(mission)
         if not missing:
             lacking = ", ".join(fleet.lacking(mission))
             if late or not lacking:
@@ -73,24 +74,18 @@ class Giving(ABC):
             reason = f"{stronger.verb} holds for {', '.join(missing)}, ordered meanwhile or by another station"
             self._answer(fleet, missing, reason)
         elif late:
-            self._answer(fleet, missing)
+            held = () if rank(mission) else fleet.unnumbered(missing)
+            self._answer(fleet, missing, f"{', '.join(held)}: {UNNUMBERED}" if held else "")
         return mission if self.answer is None else None
 
-    def _stronger(self, mission: Mission) -> Mission | None:
-        """Return the order in force if it outranks `mission` and `mission` does not name it."""
-        holding = self._standing.holding
-        if holding is None or rank(holding) <= rank(mission):
-            return None
-        return holding if rank(mission) or holding.version not in mission.knows else None
 
-
-class StopGiving(Giving):
+class StopDelivery(OrderDelivery):
     """Stops the motors of every drone; telemetry confirms the receipt, then that the motors are off.
 
     The stop is repeated at each step until it is answered, and at least for STOP_TIME.
     """
 
-    def _step(self, fleet: Fleet, news: Mission | None, since: int) -> Stop | None:
+    def _step(self, fleet: Fleet, news: str, since: int) -> Stop | None:
         drones = self._plan.pilots
         received = tuple(uav(i) for i in drones if fleet.received_stop(i))
         unknown = ", ".join(uav(i) for i in drones if fleet.received_stop(i) and not fleet.has_stopped(i))
@@ -104,43 +99,46 @@ class StopGiving(Giving):
         return Stop(fleet.now, self._plan.swarm.frame, self._order.reason)
 
 
-class DownGiving(Giving):
+class DownDelivery(OrderDelivery):
     """Orders to hold or to land, at once."""
 
-    def _step(self, fleet: Fleet, news: Mission | None, since: int) -> Mission | None:
-        own = self._standing.order
+    def _step(self, fleet: Fleet, news: str, since: int) -> Mission | None:
+        own = self._known.order
         if own is None:
-            own = self._standing.give(Mission(fleet.now, self._plan.swarm.frame, self._order.verb))
+            own = self._known.give(Mission(fleet.now, self._plan.swarm.frame, self._order.verb))
         return self._repeat(own, fleet)
 
 
-class ChangeGiving(Giving):
+class ChangeDelivery(OrderDelivery):
     """Changes to another formation, whose time continues, only in the air; refused if it cannot be flown."""
 
     _from: Mission | None = None  # the order before the change
     _planned: Mission | None = None
     _note = ""
 
-    def _step(self, fleet: Fleet, news: Mission | None, since: int) -> Mission | None:
-        own = self._standing.order
-        if news is not None and (news.verb in DOWN or (own is None and self._from is not None)):
-            self.answer = overtaken(news.verb)
+    def _step(self, fleet: Fleet, news: str, since: int) -> Mission | None:
+        own = self._known.order
+        if news:
+            self.answer = overtaken(news)
         elif own is not None:
-            self._standing.settle(fleet)
-            own = self._standing.order or own
-            if self._standing.is_own:
+            self._known.settle(fleet.now)
+            own = self._known.order or own
+            if self._known.is_own:
                 return self._repeat(own, fleet, self._note)
             self.answer = overtaken(own.verb)
         elif self._planned is not None:
-            return self._standing.give(self._planned)
-        elif self._from is None and not self._standing.unclear(fleet.now) and self._has_looked(fleet, since):
-            self._begin(fleet, self._standing.holding)
+            return self._known.give(self._planned)
+        elif self._from is None and not self._known.is_unclear(fleet.now) and self._has_looked(fleet, since):
+            self._begin(fleet, fleet.mission())
         return None
 
     def _has_looked(self, fleet: Fleet, since: int) -> bool:
-        return since >= LOOK_TIME or len(fleet.fresh) == len(fleet.pilots)
+        return since >= LOOK_TIME or (fleet.order_age is not None and len(fleet.fresh) == len(fleet.pilots))
 
     def _begin(self, fleet: Fleet, running: Mission | None) -> None:
+        if fleet.order_age is None:
+            self.answer = Answer(refusal=GATEWAY_SILENT)
+            return
         flying = any(fleet.phase(i) in (Phase.FORMATION, Phase.HOLD) for i in self._plan.pilots)
         if running is None or running.verb == "land" or not flying:
             self.answer = Answer(refusal="no drone flies a formation; `flockwire start --formation NAME` takes off")
@@ -156,7 +154,7 @@ class ChangeGiving(Giving):
         if held is None:
             self.answer = Answer(refusal="the places that the drones hold by the auction are not known; start again")
             return
-        self.to_plan = ToPlan(held, formation, position, self._order.duration)
+        self.to_plan = ChangeRequest(held, formation, position, self._order.duration)
 
     def planned(self, mission: Mission | None, refusal: str = "") -> None:
         """Take the change that was planned, or why there is none."""
@@ -167,3 +165,52 @@ class ChangeGiving(Giving):
             by_auction = mission.formation in self._plan.swarm.auctioned
             rehearsed = "; rehearsed with the best places, the followers' auction decides" if by_auction else ""
             self._note = f"the change takes {mission.change.duration:.1f} s{rehearsed}"
+
+
+class StartDelivery(ChangeDelivery):
+    """Takes off if necessary, then starts the formation; drones on the ground join a flying formation.
+
+    If all already fly another formation, it changes the formation.
+    """
+
+    _director: Director | None = None
+
+    def step(self, fleet: Fleet) -> Mission | Stop | None:
+        """Return the messages to publish now, for the state of the whole swarm."""
+        order = super().step(fleet)
+        if self._director is None or self.answer is not None:
+            return order
+        wanted = fleet.without(self._order.without)
+        order = self._director.step(wanted)
+        self._judge(self._director, wanted, fleet.now - (self._began or fleet.now))
+        return order if self.answer is None else None
+
+    def _begin(self, fleet: Fleet, running: Mission | None) -> None:
+        order = self._order
+        wanted = {drone: pilot for drone, pilot in self._plan.pilots.items() if drone not in order.without}
+        if self._director is not None:
+            return
+        if airborne := [uav(drone) for drone in order.without if fleet.states.get(drone) in IN_THE_AIR]:
+            self.answer = Answer(refusal=f"{', '.join(airborne)} cannot be left out in the air; land first")
+        elif running is None or not all(fleet.phase(drone) == Phase.FORMATION for drone in wanted):
+            self._director = Director(self._plan, order, self._giver, self._asked, fleet.now)
+        elif running.formation == order.formation:
+            self.answer = Answer(tuple(wanted.values()))
+        else:
+            super()._begin(fleet, running)
+
+    def _judge(self, director: Director, fleet: Fleet, since: int) -> None:
+        order = director.order
+        if director.failure or (order is not None and order.verb in ENDING):
+            hover = "; the others stay in the air: `flockwire land` lands them" if fleet.flies else ""
+            self.answer = Answer(refusal=director.failure + hover) if director.failure else overtaken(director.ordered)
+        elif director.stage is Stage.PREPARING and since >= LOOK_TIME + READY_TIME:
+            why = "; ".join(director.unready(fleet))
+            self.answer = Answer(refusal=f"not ready: {why} (`--without ID` flies without a drone)")
+        elif director.stage is Stage.FLYING and order is not None:
+            missing = fleet.unconfirmed(order)
+            late = tuple(p for i, p in fleet.pilots.items() if p in missing or fleet.phase(i) != Phase.FORMATION)
+            if not late and order.formation != self._order.formation:
+                self.answer = Answer(refusal="another formation was ordered meanwhile, by another station")
+            elif not (late or fleet.lacking(order)) or fleet.now - director.since >= ANSWER_TIME + LEAD_TIME:
+                self._answer(fleet, late)
