@@ -44,29 +44,33 @@ def tables(trace: Trace) -> Iterator[tuple[str, Table]]:
     `phase` of an error is the number of summary.json's phase, from 1 on; 0 outside all, as after a hold or in a
     landing. `in_tail` is 1 in the judged part of the phase, else 0.
     """
-    phases = [phase.span for phase in formation_phases(trace)]
     zero = origin(trace)
+    yield from _messages(trace, zero)
+    yield from _errors(trace, zero)
+    if trace.signals:
+        named = [(i, name, one) for i, signals in trace.signals.items() for name, one in signals.items()]
+        table = _table([(i, one.stamps, one.values[:, None]) for i, _, one in named], ("value",), zero)
+        yield "signals", table | {"signal": [name for _, name, one in named for _ in one.stamps]}
+    if found := events(trace):
+        stamps, texts = [event.stamp for event in found], [event.text for event in found]
+        yield "events", {"t_s": [(s - zero) / SECOND for s in stamps], "stamp_ns": stamps, "event": texts}
+
+
+def _messages(trace: Trace, zero: int) -> Iterator[tuple[str, Table]]:
     for kind, columns in COLUMNS.items():
-        series = [(i, one) for i in sorted({0, *trace.flying}) if len(one := trace.of(kind, i))]
-        parts = [(i, one.stamps, np.hstack([one.values, one.orientations])) for i, one in series]
+        series = [(i, trace.of(kind, i)) for i in sorted({0, *trace.flying})]
+        parts = [(i, one.stamps, np.hstack([one.values, one.orientations])) for i, one in series if len(one)]
         if parts:
             yield kind, _table(parts, columns, zero)
-    for name, errors in (
-        ("formation_error", formation_errors(trace)),
-        ("observation_error", observation_errors(trace)),
-    ):
-        parts = [(i, one.stamps, one.values[:, None]) for i, one in errors.items() if len(one.stamps)]
+
+
+def _errors(trace: Trace, zero: int) -> Iterator[tuple[str, Table]]:
+    phases = [phase.span for phase in formation_phases(trace)]
+    for name, find in (("formation_error", formation_errors), ("observation_error", observation_errors)):
+        parts = [(i, one.stamps, one.values[:, None]) for i, one in find(trace).items() if len(one.stamps)]
         if parts:
             table = _table(parts, ("error_m",), zero)
             yield name, table | _phases(phases, np.array(table["stamp_ns"], np.int64))
-    if trace.signals:
-        parts = [(i, one.stamps, one.values[:, None]) for i, named in trace.signals.items() for one in named.values()]
-        names = [name for named in trace.signals.values() for name, one in named.items() for _ in one.stamps]
-        yield "signals", _table(parts, ("value",), zero) | {"signal": names}
-    if found := events(trace):
-        stamps = [event.stamp for event in found]
-        yield "events", {"t_s": [(s - zero) / SECOND for s in stamps], "stamp_ns": stamps,
-                         "event": [event.text for event in found]}  # fmt: skip
 
 
 def _table(parts: Sequence[tuple[int, Any, Any]], columns: tuple[str, ...], zero: int) -> Table:

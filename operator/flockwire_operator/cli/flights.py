@@ -185,6 +185,14 @@ def sim(
         raise typer.Exit(simulate(flight, folder, swarm.read_text(encoding="utf-8"), verbose))
 
 
+UNUSED = {  # by what `study` flies: its name in messages, and the options without effect
+    "--replay": ("--replay", ("STUDY", "--search", "--runs", "--random-starts", "--jobs", "--scheduler", "--first",
+                              "--corpus", "--out", "--pdf")),
+    "--search": ("a search, which draws no figures", ("--pdf",)),
+    "study": ("a study without --search", ("--first", "--corpus")),
+}  # fmt: skip
+
+
 @app.command()
 def study(
     swarm: SwarmFile,
@@ -229,30 +237,25 @@ def study(
 
     from flockwire_operator.cli import study as studies  # noqa: PLC0415  (numpy)
 
-    if replay is not None:
-        refuse_unused("--replay", {"STUDY": file, "--search": search, "--runs": runs, "--random-starts": random_starts,
-                                   "--jobs": jobs, "--scheduler": scheduler, "--first": first, "--corpus": corpus,
-                                   "--out": out, "--pdf": pdf})  # fmt: skip
-    elif search or liveness:
-        refuse_unused("a search, which draws no figures", {"--pdf": pdf})
-    else:
-        refuse_unused("a study without --search", {"--first": first, "--corpus": corpus})
+    kind = "--replay" if replay is not None else "--search" if search | liveness else "study"
+    given = {"STUDY": file, "--search": search, "--runs": runs, "--random-starts": random_starts, "--jobs": jobs,
+             "--scheduler": scheduler, "--first": first, "--corpus": corpus, "--out": out, "--pdf": pdf}  # fmt: skip
+    what, unused = UNUSED[kind]
+    refuse_unused(what, {option: given[option] for option in unused})
     if scheduler:
         refuse_unused("--scheduler", {"--jobs": jobs})
-    if search or liveness or replay is not None:
-        from flockwire_operator.cli import search as searches  # noqa: PLC0415  (ribs)
-
     loaded = load(swarm).swarm
     folder = out or Path("runs") / f"{loaded.name}-study-{clock.local():%Y%m%d-%H%M%S}"
+    cores, mode = jobs or os.cpu_count() or 1, "liveness" if liveness else "safety"
     try:
-        options, cores = studies.options_of(runs, seed, duration, random_starts), jobs or os.cpu_count() or 1
-        mode = "liveness" if liveness else "safety"
+        drawn = studies.options_of(runs, seed, duration, random_starts)
+        if kind == "study":
+            raise typer.Exit(studies.study(swarm, file, drawn, folder, cores, scheduler, pdf))
+        from flockwire_operator.cli import search as searches  # noqa: PLC0415  (ribs)
+
         if replay is not None:
-            raise typer.Exit(searches.replay(swarm, replay, seed or 0, duration or 8.0, mode))
-        if search or liveness:
-            options |= {"mode": mode} if liveness else {}
-            raise typer.Exit(searches.search(swarm, file, options, folder, cores, scheduler, first, corpus))
-        raise typer.Exit(studies.study(swarm, file, options, folder, cores, scheduler, pdf))
+            raise typer.Exit(searches.replay(swarm, replay, seed, duration, mode))
+        raise typer.Exit(searches.search(swarm, file, drawn, mode, folder, cores, scheduler, first, corpus))
     except (StudyError, SwarmFileError) as error:
         refuse(str(error))
     except OSError as error:

@@ -29,6 +29,7 @@ def search(
     swarm: Path,
     file: Path | None,
     options: dict[str, object],
+    mode: str,
     out: Path,
     jobs: int,
     scheduler: str,
@@ -44,6 +45,7 @@ def search(
     """
     table = swarm_table(swarm)
     checked = parse_swarm(table, str(swarm))
+    options |= {"mode": mode} if mode == "liveness" else {}
     plan = load_study(file, options, SearchPlan)
     if not (plan.random or plan.starts or plan.graph):
         plan = load_study(file, usual_space(table, checked, plan.mode) | options, SearchPlan)
@@ -64,14 +66,16 @@ def search(
     return _conclude(space, entries, out, stopped, Again.of(known, entries.values()))
 
 
-def replay(swarm: Path, faults: Path, seed: int, duration: float, mode: str) -> int:
+def replay(swarm: Path, faults: Path, seed: int | None, duration: float | None, mode: str) -> int:
     """Fly a flight of two files again, print what happens and its margins; returns 1 if it violates a property.
 
     Raises StudyError, SwarmFileError for bad input.
     """
     table = swarm_table(swarm)
     parse_swarm(table, str(swarm))
-    judged = fly(read_case(table, faults, seed, duration, "liveness" if mode == "liveness" else "safety"), print)
+    judged = fly(
+        read_case(table, faults, seed or 0, duration or 8.0, "liveness" if mode == "liveness" else "safety"), print
+    )
     if judged.refused:
         raise StudyError(f"{faults}: {judged.refused}")
     for name, margin in sorted(judged.margins.items(), key=lambda item: item[1].value):

@@ -7,7 +7,7 @@ import contextlib
 import os
 import signal
 import subprocess
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import AsyncIterator, Iterable, Mapping
 from pathlib import Path
 
 from flockwire_core import clock
@@ -115,23 +115,27 @@ class Children:
         themselves, and so does a host without any, on which drones of other hosts may depend.
         """
         rows = self._host.plan.rows
-        ranks = sorted({rows[identity].rank for identity in self._running})
         flyers = {identity for identity in self._running if rows[identity].flies}
-        landing_time = LANDING_TIME + self._host.plan.swarm.climb_time
-        await asyncio.gather(*(self._end(self._running[i], landing_time, interrupted) for i in flyers))
+        await self._end_all(flyers, LANDING_TIME + self._host.plan.swarm.climb_time, interrupted)
         impatient = interrupted is not None and interrupted.count > 1
         if (flyers or not impatient) and all(self._running[i].poll() is not None for i in flyers):
-            for rank in ranks:
-                others = [i for i in self._running if rows[i].rank == rank and i not in flyers]
-                await asyncio.gather(
-                    *(self._end(self._running[i], FILING if rows[i].records else GRACE, None) for i in others)
-                )
+            for rank in sorted({rows[identity].rank for identity in self._running}):
+                others = {i for i in self._running if rows[i].rank == rank} - flyers
+                filing = {i for i in others if rows[i].records}
+                await asyncio.gather(self._end_all(filing, FILING), self._end_all(others - filing, GRACE))
+        self._forget()
+
+    def _forget(self) -> None:
+        """Leave the processes that keep running to themselves."""
         for process in self._running.values():
             process.returncode = process.poll() or 0  # of a process that keeps running: Popen's destructor would warn
         self._running.clear()
         for fd in (self._read_end, self._write_end):  # its closing signals the end of the station
             with contextlib.suppress(OSError):
                 os.close(fd)
+
+    async def _end_all(self, identities: Iterable[str], patience: float, interrupted: Interrupts | None = None) -> None:
+        await asyncio.gather(*(self._end(self._running[i], patience, interrupted) for i in identities))
 
     async def _end(self, process: subprocess.Popen[bytes], patience: float, interrupted: Interrupts | None) -> None:
         process.send_signal(signal.SIGCONT)  # a frozen process would not handle SIGTERM
