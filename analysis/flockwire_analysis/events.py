@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 from flockwire_core.domain.time import SECOND, nanoseconds
 
+from flockwire_analysis import FAULTS
 from flockwire_analysis.recorded import Trace
 
-FAULTS = "faults"  # of a trace's metadata: [s after the take-off order, in words] of each
 REPEATS = 3 * SECOND  # ns in which a stop counts as a repetition
 
 

@@ -15,7 +15,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
 
-from flockwire_analysis.events import FAULTS
+from flockwire_analysis import FAULTS
 from flockwire_core.swarm.reading import read_toml
 from flockwire_core.swarm.tables import Items, Model
 from flockwire_core.swarm.validation import validate
