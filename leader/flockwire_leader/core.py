@@ -106,6 +106,6 @@ def make_core(start: Start) -> FlyingLeader | TrackedLeader | VirtualLeader:
         case "tracked":
             return TrackedLeader(swarm)
         case "virtual":
-            return VirtualLeader(swarm, start.now)
+            return VirtualLeader(swarm)
         case _:
             return FlyingLeader(swarm, start.now)

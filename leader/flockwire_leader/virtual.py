@@ -17,11 +17,11 @@ from flockwire_core.wire.status import Report
 class VirtualLeader(Ground):
     """A point that moves along the trajectory after a start order, and rests after any other."""
 
-    def __init__(self, swarm: Swarm, now: int) -> None:
+    def __init__(self, swarm: Swarm) -> None:
         super().__init__()
         self.prompt = frozenset({MISSION})
         self._frame, self.period = swarm.frame, 1.0 / swarm.control.rate_hz
-        self._point = MovingPoint(swarm.leader.trajectory.build(), swarm.leader.start, now)
+        self._point = MovingPoint(swarm.leader.trajectory.build(), swarm.leader.start)
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Receive a message."""

@@ -44,14 +44,17 @@ class FlightPhases:
         self.phase = Phase.GROUNDED
         self.reason = NO_REASON
         self.orders = Orders()
-        self.mission: Mission | None = None  # the order in force
         self._born = born  # a take-off needs a later order; after a landing without an order, its end
         self._outdated = False  # the order in force is not later
+
+    @property
+    def mission(self) -> Mission | None:
+        """The order in force."""
+        return self.orders.mission
 
     def order(self, mission: Mission, now: int) -> bool:
         """Receive an order at `now` (Unix ns); returns whether the order in force changed."""
         another = self.orders.take(mission, now)
-        self.mission = self.orders.mission
         if another and self.mission is not None:
             self._outdated = self.mission.given <= self._born
         return another
@@ -59,13 +62,6 @@ class FlightPhases:
     def stop(self) -> None:
         """Stop permanently: only a new process flies again."""
         self._go(STOP, {})
-
-    def mission_time(self, now: int) -> float | None:
-        """Return the formation's time t in s at `now` (Unix ns), None before a start order."""
-        mission = self.mission
-        if mission is None or not mission.in_formation:
-            return None
-        return (now - mission.start) / SECOND
 
     def update(self, now: int, airborne: bool, high: bool, found: Mapping[str, Reason]) -> Phase:
         """Return the phase at `now` (Unix ns), after the reactions that were `found`.

@@ -195,15 +195,6 @@ def test_stop_is_final(flyer, verb):
     assert flyer.reason == "emergency stop"
 
 
-def test_mission_time_counts_from_the_start_and_is_none_before_one(pilot):
-    assert pilot.flight.mission_time(BORN) is None
-    pilot.give(Mission(BORN, "world", "start", BORN + 2 * SECOND))
-    assert pilot.flight.mission_time(BORN) == -2.0
-    assert pilot.flight.mission_time(BORN + 5 * SECOND) == 3.0
-    pilot.order("hold")
-    assert pilot.flight.mission_time(BORN) is None
-
-
 def test_what_never_came_is_infinitely_old():
     assert age(0, BORN) == NEVER
     assert age(BORN - SECOND // 2, BORN) == 0.5

@@ -65,7 +65,7 @@ class KinematicsCore:
         self._commanded = {uav(i): cast("Commanded", self._airframes[uav(i)]) for i in own}
         self._served = {one.address: one for one in (cast("Served", self._airframes[uav(i)]) for i in served)}
         walk = swarm.leader.trajectory.build()
-        self._persons = {Key("truth", uav(i)): MovingPoint(walk, swarm.drone(i).start, now) for i in swarm.walking}
+        self._persons = {Key("truth", uav(i)): MovingPoint(walk, swarm.drone(i).start) for i in swarm.walking}
         self._truths = tuple((Key("truth", owner), airframe) for owner, airframe in self._airframes.items())
         self._settled = SETTLED if not served else SETTLED_SERVED
         self._telemetry_deadline = now
