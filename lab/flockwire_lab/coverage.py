@@ -6,8 +6,9 @@ An event is a change of a phase, the code of a reason, an order, a count of what
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+from flockwire_analysis.observed import Shown
 from flockwire_analysis.recorded import Trace
 from flockwire_core.pilot.reactions import TABLE
 from flockwire_core.pilot.transitions import PHASES, transitions
@@ -21,15 +22,20 @@ def events(trace: Trace) -> dict[str, int]:
     found.update(f"key: {key.kind}" for key, series in trace.series.items() if len(series))
     for identity, changes in trace.shown.items():
         row = trace.plan.rows.get(identity)
-        kind, phase = identity if row is None else "pilot" if row.pilot else row.kind, ""
-        for change in changes:
-            if phase and change.phase != phase:
-                found[f"{kind}: {phase} to {change.phase}"] += 1
-            phase = change.phase
-            found.update(f"{kind}: {phase}, {code}" for code in change.codes)
+        found.update(_reported("pilot" if row is not None and row.pilot else identity, changes))
     for process in trace.vitals:
         found.update({f"count: {name}": count for name, count in process.last.report.counts})
     return {event: count for event, count in sorted(found.items()) if count}
+
+
+def _reported(who: str, changes: Sequence[Shown]) -> Iterator[str]:
+    """Yield the changes of phases that a process reported, and the codes of reasons in each."""
+    phase = ""
+    for change in changes:
+        if phase and change.phase != phase:
+            yield f"{who}: {phase} to {change.phase}"
+        phase = change.phase
+        yield from (f"{who}: {phase}, {code}" for code in change.codes)
 
 
 def table(flights: Iterable[Mapping[str, int]]) -> Iterator[str]:

@@ -38,37 +38,38 @@ def conduct(
 
     Raises StudyError if the ledger's flights are not those that the plan asks for.
     """
-    known = {entry.number: entry for entry in ledger.results}
-    number = 0
-    seeker, waiting = _chooser(plan, space), list(corpus)
+    seeker, waiting, number = _chooser(plan, space), list(corpus), 0
     while number < plan.runs:
         batch, waiting = (waiting[:BATCH], waiting[BATCH:]) if waiting else (seeker.ask(), [])
         asked = dict(enumerate(batch[: plan.runs - number], start=number))
         found: dict[int, Judged] = {}
-        orders: list[Order] = []
-        for place, candidate in asked.items():
-            if place in known:
-                if known[place].asked != candidate:
-                    raise StudyError(f"flight {place} of the folder is not the one that this search asks for")
-                found[place] = known[place].judged
-                if step(known[place]):
-                    return
-                continue
-            try:
-                orders.append((place, space.case(candidate.point, candidate.seed)))
-            except StudyError as error:
-                entry = Entry(place, candidate, Judged({}, refused=str(error).replace("\n", "; ")))
-                found[place] = entry.judged
-                ledger.add(entry)
-                step(entry)
-        for place, judged in flown(orders) if orders else ():
-            entry = Entry(place, asked[place], judged)
-            found[place] = judged
-            ledger.add(entry)
+        for entry in _entries(asked, space, ledger, flown):
+            found[entry.number] = entry.judged
             if step(entry):
                 return
         seeker.tell(list(asked.values()), [found[place] for place in asked])
         number += len(asked)
+
+
+def _entries(asked: dict[int, Candidate], space: Space, ledger: Ledger[Entry], flown: Fly) -> Iterator[Entry]:
+    """Yield what was asked: flights of the ledger, those that cannot be flown, then the others as they end."""
+    known = {entry.number: entry for entry in ledger.results if entry.number in asked}
+    orders: list[Order] = []
+    for place, candidate in asked.items():
+        if (entry := known.get(place)) is None:
+            try:
+                orders.append((place, space.case(candidate.point, candidate.seed)))
+                continue
+            except StudyError as error:
+                entry = Entry(place, candidate, Judged({}, refused=str(error).replace("\n", "; ")))
+                ledger.add(entry)
+        if entry.asked != candidate:
+            raise StudyError(f"flight {place} of the folder is not the one that this search asks for")
+        yield entry
+    for place, judged in flown(orders) if orders else ():
+        entry = Entry(place, asked[place], judged)
+        ledger.add(entry)
+        yield entry
 
 
 def _chooser(plan: SearchPlan, space: Space) -> Chooser:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from copy import deepcopy
 from dataclasses import replace
+from typing import Any
 
 from flockwire_lab.search.flight import Case, Judged
 from flockwire_lab.study.variation import Table
 
+PARTS = ("orders", "processes")  # of a fault
 MOST = 200  # flights
 CONDITIONS = ("sim", "airframes", "obstacles", "checks")  # tables of the swarm file that a flight may not need
 
@@ -38,33 +40,27 @@ def _shows(judged: Judged, name: str) -> bool:
 
 def _smaller(case: Case) -> Iterator[Case]:
     """Yield smaller flights, the most hopeful first."""
-    for place in reversed(range(len(case.faults))):
-        yield replace(case, faults=[fault for k, fault in enumerate(case.faults) if k != place])
+    for faults in _less(case.faults):
+        yield replace(case, faults=faults)
     for key in CONDITIONS:
         if case.table.get(key):
             yield replace(case, table={k: v for k, v in case.table.items() if k != key})
-    for key in list(case.table.get("sim", {})):
-        yield replace(case, table={**case.table, "sim": {k: v for k, v in case.table["sim"].items() if k != key}})
+    for sim in _less(list(case.table.get("sim", {}).items())):
+        yield replace(case, table={**case.table, "sim": dict(sim)})
     for drone in reversed(case.table["drones"][1:]):
         yield replace(case, table=_without(case.table, drone["id"]))
-    for shorter in (case.duration / 2.0, case.duration - 1.0):
-        if shorter >= 1.0:
-            yield replace(case, duration=round(shorter, 2))
+    yield from (replace(case, duration=round(one, 2)) for one in (case.duration / 2, case.duration - 1) if one >= 1)
     if case.seed:
         yield replace(case, seed=0)
-    yield from _smaller_faults(case)
-
-
-def _smaller_faults(case: Case) -> Iterator[Case]:
     for place, fault in enumerate(case.faults):
-        if len(fault.get("orders", ())) > 1:
-            for k in range(len(fault["orders"])):
-                orders = [order for n, order in enumerate(fault["orders"]) if n != k]
-                yield replace(case, faults=_with(case.faults, place, fault | {"orders": orders}))
-        if len(fault.get("processes", ())) > 1:
-            for process in fault["processes"]:
-                rest = [other for other in fault["processes"] if other != process]
-                yield replace(case, faults=_with(case.faults, place, fault | {"processes": rest}))
+        for key in PARTS:
+            for part in _less(list(fault.get(key, ()))) if len(fault.get(key, ())) > 1 else ():
+                yield replace(case, faults=[*case.faults[:place], fault | {key: part}, *case.faults[place + 1 :]])
+
+
+def _less(items: list[Any]) -> Iterator[list[Any]]:
+    """Yield `items` without each one, the last first."""
+    yield from ([*items[:k], *items[k + 1 :]] for k in reversed(range(len(items))))
 
 
 def _without(table: Table, drone: int) -> Table:
@@ -78,7 +74,3 @@ def _without(table: Table, drone: int) -> Table:
     kept += [[a, b] for a in before for b in after if (a, b) not in known and a != b]
     table["graph"]["edges"] = kept
     return table
-
-
-def _with(faults: list[Table], place: int, fault: Table) -> list[Table]:
-    return [fault if k == place else other for k, other in enumerate(faults)]
