@@ -38,25 +38,25 @@ AIRFRAMES = (BLIMP, """
 TABLES = '''
 """What a swarm file has for blimps."""
 
-from flockwire_core.swarm.tables import Model, Positive
+from flockwire_core.swarm.tables import Model, Positive, key
 
 
 class Blimp(Model):
     """How the driver of a blimp reaches it."""
 
-    address: str | None = None  # the blimp's own; default: it is simulated
+    address: str | None = key(None, "the blimp's own; default: it is simulated")
 
 
 class BlimpInDrones(Model):
     """What [[drones]] has for a blimp."""
 
-    blimp: Blimp | None = None  # how it is reached
+    blimp: Blimp | None = key(None, "how it is reached")
 
 
 class BlimpInAirframes(Model):
     """What [airframes.NAME] has for a blimp."""
 
-    turn_rate: Positive = 2.0  # rad/s, the fastest that it turns
+    turn_rate: Positive = key(2.0, "the fastest that it turns", "rad/s")
 
 
 def places(number):
