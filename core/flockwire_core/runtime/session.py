@@ -62,7 +62,7 @@ class RouterAbsentError(OSError):
     """The router does not answer yet."""
 
 
-def routes() -> None:
+def use_router_threads() -> None:
     """Prepare this process, before its first session, for passing on messages of others.
 
     A message that its sender has blocked on waits in the receiving thread for room in a queue, so another thread must
@@ -122,7 +122,7 @@ class Session(contextlib.AbstractContextManager["Session"]):
         ignore_linger()
         raise_limit()
         if plan.rows[identity].link is Link.ROUTER:
-            routes()
+            use_router_threads()
         self._sessions: list[zenoh.Session] = []
         self._held = hold(folder) if credentials is not None else None
         with contextlib.ExitStack() as stack:

@@ -19,7 +19,7 @@ from flockwire_core.runtime.job import Job, connect_job
 from flockwire_core.runtime.refusals import Refusals
 from flockwire_core.runtime.ros_ends import RosInput, RosOutput, RosServices
 from flockwire_core.runtime.ros_node import Place, RosNode, join
-from flockwire_core.runtime.session import Session, routes
+from flockwire_core.runtime.session import Session, use_router_threads
 from flockwire_core.runtime.shell import status_publisher
 from flockwire_core.runtime.swarm_clock import SwarmClock
 from flockwire_core.runtime.ticker import Ticker
@@ -148,7 +148,7 @@ async def run(job: Job) -> None:
     refusals.watch()
     place = place_of(plan.swarm, identity)
     if place.serves:
-        routes()
+        use_router_threads()
     session = await connect_job(job, ending.ended)
     if session is None:
         return
