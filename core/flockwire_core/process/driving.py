@@ -1,15 +1,12 @@
-"""Common parts of all airframes' processes: driving and simulation, times, the ground."""
+"""Common parts of all airframes' processes: the driver of one drone, times, the ground."""
 
 from __future__ import annotations
 
-from typing import Protocol, cast
+from typing import cast
 
-from flockwire_core.domain.airframe import Telemetry
 from flockwire_core.domain.time import SECOND
-from flockwire_core.domain.vector import Vector
 from flockwire_core.objects import load_object
-from flockwire_core.process.cores import Address, Core, Datagram, Start
-from flockwire_core.process.wind import Wind
+from flockwire_core.process.cores import Core, Start
 
 TELEMETRY_PERIOD = SECOND // 10  # ns
 SETTLED = SECOND  # ns with all drones on the ground before the process may end
@@ -18,61 +15,6 @@ TOLERANCE = 1.05  # share of the speed limit above which a command is clipped: t
 GRAVITY = 9.81  # m/s^2
 CONTACT = 0.01  # m above the ground at which a descending simulated airframe has landed
 FROZEN = SECOND // 4  # ns: over a longer pause of the process the simulated world is frozen, too
-
-
-class SimulatedAirframe(Protocol):
-    """One simulated airframe; times are Unix ns."""
-
-    @property
-    def position(self) -> Vector:
-        """Its position, m, world frame."""
-
-    @property
-    def orientation(self) -> tuple[float, float, float, float]:
-        """Its orientation: a quaternion (x, y, z, w)."""
-
-    @property
-    def in_the_air(self) -> bool:
-        """Whether it flies, lands or falls."""
-
-    def advance(self, now: int) -> None:
-        """Advance to `now`."""
-
-    def stop(self) -> None:
-        """Stop the motors: in flight it falls."""
-
-    def respond(self, lag: float, dead_time: float) -> None:
-        """Set lag and dead time, s."""
-
-    def blow(self, wind: Wind) -> None:
-        """Set the wind from now on."""
-
-
-class Commanded(SimulatedAirframe, Protocol):
-    """An airframe whose row has no driver: it obeys commands itself."""
-
-    clipped: int  # commands that were too fast
-    land_at: int | None  # time of its own landing
-
-    def command(self, velocity: Vector, now: int) -> None:
-        """Receive a commanded velocity, m/s, world frame."""
-
-    def telemetry(self, now: int, frame: str) -> Telemetry:
-        """Return its telemetry, in the world frame `frame`."""
-
-
-class Served(SimulatedAirframe, Protocol):
-    """An airframe whose row has a driver: it exchanges datagrams with the driver, at its own address."""
-
-    @property
-    def address(self) -> Address:
-        """Its address."""
-
-    def datagram(self, data: bytes, sender: Address, now: int) -> None:
-        """Receive a datagram from its driver."""
-
-    def outgoing(self, now: int) -> list[Datagram]:
-        """Return the datagrams that it sends up to `now`."""
 
 
 def make_driver(start: Start) -> Core:

@@ -24,7 +24,7 @@ class AirframeRow:
     """One kind of airframe; `kind` is also the name of its built-in airframe and of its table in [[drones]]."""
 
     kind: str
-    simulated: str  # makes a process.driving.SimulatedAirframe of (swarm, drone's id, now, draw from [0, 1))
+    simulated: str  # makes the simulation of (swarm, drone's id, now, draw from [0, 1))
     without_setpoints: ByItself  # reaction to missing setpoints
     without_poses: ByItself  # reaction to lost tracking with setpoints
     without_link: ByItself  # reaction to a lost link to its driver

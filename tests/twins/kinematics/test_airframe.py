@@ -3,9 +3,9 @@ from math import exp
 import pytest
 from flockwire_core.domain.airframe import FlightState
 from flockwire_core.domain.time import SECOND, nanoseconds
-from flockwire_core.process.wind import Wind
 from flockwire_core.swarm.drones import Airframe
 from flockwire_twins.kinematics.airframe import FirstOrderAirframe
+from flockwire_twins.wind import Wind
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -16,8 +16,9 @@ from flockwire_core.domain.airframe import FlightState
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add, scale
 from flockwire_core.process.driving import CONTACT, GRAVITY
-from flockwire_core.process.wind import STEP, Wind
 from flockwire_core.swarm.drones import Airframe
+
+from flockwire_twins.wind import STEP, Wind
 
 FLYING: Final = FlightState.FLYING  # compiled, a constant costs less than an attribute
 GROUNDED: Final = FlightState.GROUNDED

@@ -13,14 +13,16 @@ from flockwire_core.domain.vector import Vector
 from flockwire_core.objects import load_object
 from flockwire_core.pilot.moving_point import MovingPoint
 from flockwire_core.process.cores import Address, Datagram, Start
-from flockwire_core.process.driving import RETIREMENT, SETTLED, TELEMETRY_PERIOD, Commanded, Served, SimulatedAirframe
+from flockwire_core.process.driving import RETIREMENT, SETTLED, TELEMETRY_PERIOD
 from flockwire_core.process.stepping import next_deadline
-from flockwire_core.process.wind import Wind
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import MISSION, STOP, Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import Report
+
+from flockwire_twins.simulated_airframe import Commanded, Served, SimulatedAirframe
+from flockwire_twins.wind import Wind
 
 SETTLED_SERVED = 4 * SECOND  # as SETTLED, with time for drivers to detect it by a constant state
 

@@ -13,11 +13,11 @@ from flockwire_core.domain.airframe import FlightState, Telemetry
 from flockwire_core.domain.vector import ZERO, Vector, limit, norm
 from flockwire_core.pilot.phases import age
 from flockwire_core.process.driving import FROZEN, TOLERANCE
-from flockwire_core.process.wind import Wind
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.tables import Limits
 
 from flockwire_twins.kinematics.airframe import FLYING, LANDING, FirstOrderAirframe
+from flockwire_twins.wind import Wind
 
 LEVEL = (0.0, 0.0, 0.0, 1.0)
 

@@ -17,10 +17,10 @@ from flockwire_core.control.airframe.first_order_lag import lagged
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.domain.vector import ZERO, Vector, add, scale
 from flockwire_core.process.driving import GRAVITY
-from flockwire_core.process.wind import Wind
 from flockwire_tello.sticks import to_body, to_world
 
 from flockwire_twins.tello.parameters import TelloParameters
+from flockwire_twins.wind import Wind
 
 STEP = SECOND // 200
 

@@ -8,12 +8,12 @@ from math import cos, sin
 from flockwire_core.domain.vector import Vector
 from flockwire_core.process.cores import Address, Datagram
 from flockwire_core.process.driving import CONTACT, FROZEN
-from flockwire_core.process.wind import Wind
 from flockwire_core.swarm.model import Swarm
 from flockwire_tello.swarm_file import COMMAND_PORT, StickGains, reached, tello_addresses, tello_keys
 
 from flockwire_twins.tello.parameters import TelloParameters
 from flockwire_twins.tello.tello import SimulatedTello
+from flockwire_twins.wind import Wind
 
 
 class ServedTello:

@@ -3,7 +3,7 @@ from math import hypot
 from random import Random
 
 from flockwire_core.domain.time import SECOND
-from flockwire_core.process.wind import STEP, Wind
+from flockwire_twins.wind import STEP, Wind
 from hypothesis import given
 from hypothesis import strategies as st
 
