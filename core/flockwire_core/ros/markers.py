@@ -41,7 +41,7 @@ class Marker(NamedTuple):
 def marker_array(stamp: int, frame: str, markers: Sequence[Marker], lifetime: float) -> bytes:
     """Return a visualization_msgs/MarkerArray: each is drawn for `lifetime` s, unless it comes again."""
     writer = Writer()
-    writer.put("I", len(markers))
+    writer.length(len(markers))
     for marker in markers:
         _write(writer, stamp, frame, marker, lifetime)
     return writer.finish()
@@ -55,18 +55,18 @@ def _write(writer: Writer, stamp: int, frame: str, marker: Marker, lifetime: flo
     writer.put_all("d", *marker.position, *marker.orientation, *marker.scale)
     writer.put_all("f", *marker.colour)
     writer.put_all("i", int(lifetime), int(lifetime % 1.0 * 1e9))
-    writer.put("B", 0)  # not locked to its frame
-    writer.put("I", len(marker.points))
+    writer.byte(0)  # not locked to its frame
+    writer.length(len(marker.points))
     if marker.points:
         writer.put_all("d", *(x for point in marker.points for x in point))
-    writer.put("I", 0)  # colours of points
+    writer.length(0)  # colours of points
     writer.text("")  # texture
     writer.time(0)
     for text in ("", ""):  # the texture's frame and format
         writer.text(text)
     for _ in range(2):  # the texture's data, and its coordinates
-        writer.put("I", 0)
+        writer.length(0)
     for text in (marker.text, "", ""):  # text, mesh, and the file of the mesh
         writer.text(text)
-    writer.put("I", 0)  # its data
-    writer.put("B", 0)
+    writer.length(0)  # its data
+    writer.byte(0)

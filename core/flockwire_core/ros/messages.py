@@ -70,7 +70,7 @@ def transforms(frame: str, poses: Sequence[Transform]) -> bytes:
 def pose_array(stamp: int, frame: str, poses: Sequence[tuple[Vector, Quaternion]]) -> bytes:
     """Return a geometry_msgs/PoseArray."""
     writer = _stamped(stamp, frame)
-    writer.put("I", len(poses))
+    writer.length(len(poses))
     if poses:
         writer.put_all("d", *(x for pose in poses for part in pose for x in part))
     return writer.finish()
@@ -82,7 +82,7 @@ def battery(stamp: int, frame: str, share: float) -> bytes:
     writer.put_all("f", *[UNKNOWN] * 6, share)
     writer.put_all("B", DISCHARGING, 0, LITHIUM_POLYMER, 1)
     for _ in range(2):  # voltages and temperatures of cells
-        writer.put("I", 0)
+        writer.length(0)
     for text in ("", ""):  # location, serial number
         writer.text(text)
     return writer.finish()
@@ -98,7 +98,7 @@ def diagnostic(status: DiagnosticStatus) -> bytes:
 def diagnostics(stamp: int, statuses: Sequence[DiagnosticStatus]) -> bytes:
     """Return a diagnostic_msgs/DiagnosticArray."""
     writer = _stamped(stamp, "")
-    writer.put("I", len(statuses))
+    writer.length(len(statuses))
     for status in statuses:
         _write_diagnostic(writer, status)
     return writer.finish()
@@ -114,7 +114,7 @@ def clock_reading(stamp: int) -> bytes:
 def trigger_response(success: bool, message: str) -> bytes:
     """Return the response of a std_srvs/Trigger."""
     writer = Writer()
-    writer.put("B", success)
+    writer.byte(int(success))
     writer.text(message)
     return writer.finish()
 
@@ -177,7 +177,7 @@ def _stamped(stamp: int, frame: str) -> Writer:
 
 
 def _write_diagnostic(writer: Writer, status: DiagnosticStatus) -> None:
-    writer.put("B", status.level)
+    writer.byte(status.level)
     for text in (status.name, status.message, status.hardware):
         writer.text(text)
     writer.texts(tuple([text for pair in status.values for text in pair]), 2)

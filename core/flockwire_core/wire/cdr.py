@@ -83,10 +83,6 @@ class Writer:
         self.vector((q[0], q[1], q[2]))
         write_f64_le(self._data, q[3])
 
-    def put(self, code: str, value: object) -> None:
-        """Append one number of struct code `code`, aligned."""
-        self.put_all(code, value)
-
     def put_all(self, code: str, *values: object) -> None:
         """Append numbers of one struct code, aligned."""
         self._align(_SIZES[code] - 1)
@@ -224,10 +220,6 @@ class Reader:
         size = self.unsigned()
         at = self._take(0, size)
         return self._data[at : at + size]
-
-    def texts(self, fields: int = 1) -> tuple[str, ...]:
-        """Take a sequence of strings, or of messages that are so many strings each."""
-        return tuple([self.text() for _ in range(fields * self.length())])
 
     def numbers(self, code: str) -> tuple[int, ...]:
         """Take a sequence of integers."""

@@ -76,7 +76,7 @@ def write_bids(writer: Writer, message: Bids) -> None:
     writer.length(len(message.bids))
     for price, bidder in message.bids:
         writer.double(price)
-        writer.put("i", bidder)
+        writer.put_all("i", bidder)
 
 
 def read_bids(stamp: int, frame: str, reader: Reader) -> Bids:
