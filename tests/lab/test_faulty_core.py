@@ -89,6 +89,23 @@ def test_a_wind_within_another_gives_way_to_it_again(make_plan: Callable[..., Pl
     assert speeds == pytest.approx([0.0, 0.0, 1.0, 2.0, 1.0, 1.0, 1.0, 0.0, 0.0], abs=0.05)
 
 
+def test_a_wrapped_tracker_serves_a_visitor_that_it_announces(make_plan: Callable[..., Plan]) -> None:
+    plan = make_plan({"gateway": {"source": "natnet", "twin": {}}})
+    table = {"kind": "visitor", "at": 0.5, "duration": 1.0, "body": "Ada", "start": [0.0] * 3, "velocity": [1.0, 0, 0]}
+    core = wrapped(plan, "tracker-sim", parse_faults({"faults": [table]}, plan, "test"))
+    assert "Ada" in core.names.values()
+    frames: list[Any] = []
+    core.serve(frames.append)
+    for k in range(200):
+        now, height = BEGAN + k * FRAME, min(k, 1) * 1.0  # in the air after the first frame
+        for drone in plan.swarm.tracked:
+            core.receive(Key("truth", uav(drone)), Pose(now, "world", (0.0, 0.0, height)), now)
+        assert core.due(Key("truth", "uav4"))
+        core.step(now)
+    seen = [k for k, frame in enumerate(frames) if any(one.name == "Ada" and one.tracked for one in frame.bodies)]
+    assert (len(frames), seen[0], seen[-1]) == (200, 51, 150)
+
+
 class Mute(FaultKind):
     """A simulated airframe publishes nothing."""
 
