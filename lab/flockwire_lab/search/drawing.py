@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Callable, Mapping
 from itertools import permutations
 from random import Random
 from typing import Any
@@ -11,6 +12,7 @@ from flockwire_core.wire.plan import Plan
 
 from flockwire_lab.faults.targets import targets
 from flockwire_lab.search.events import SECOND_STATION, STATION_FROZEN, STATION_LOST, STOP, TOLD_TO_END
+from flockwire_lab.study.variation import Table
 
 WORLD_KINDS = ("kill", "restart", "freeze", "cut", "partition", "link", "tracker", "noise", "clock", "lag", "failure")
 FAULT_KINDS = (*WORLD_KINDS, STOP, TOLD_TO_END, STATION_FROZEN, STATION_LOST)
@@ -27,9 +29,8 @@ def random_fault(kind: str, plan: Plan, duration: float, chance: Random) -> dict
     fault: dict[str, Any] = {"at": round(chance.uniform(0.0, duration + 1.0), 3), "kind": kind}
     if kind in LASTING:
         fault["duration"] = round(chance.uniform(0.3, 8.0), 3) if kind == "cut" else lasting
-    if kind in ("tracker", "lag", "failure"):
-        fault["drone"] = chance.choice(plan.swarm.flying)
-    return fault | _keys(kind, plan, chance)
+    draw = DRAWS.get(kind)
+    return fault if draw is None else fault | draw(plan, chance)
 
 
 def second_station(duration: float, chance: Random) -> dict[str, Any]:
@@ -39,36 +40,56 @@ def second_station(duration: float, chance: Random) -> dict[str, Any]:
     return {"at": round(chance.uniform(0.0, duration), 3), "kind": SECOND_STATION, "orders": orders}
 
 
-def _keys(kind: str, plan: Plan, chance: Random) -> dict[str, Any]:
-    """Return the keys that only some kinds have."""
-    processes = list(targets(plan))
-    kinds: dict[str, list[str]] = {plan.rows[identity].kind: [] for identity in processes}
-    for identity in processes:
+def _process(plan: Plan, chance: Random) -> Table:
+    """Return a process, of each kind as often."""
+    kinds: dict[str, list[str]] = defaultdict(list)
+    for identity in targets(plan):
         kinds[plan.rows[identity].kind].append(identity)
-    keys: dict[str, Any] = {}
-    if kind in ("kill", "restart", "freeze", "clock"):
-        keys["process"] = chance.choice(kinds[chance.choice(tuple(kinds))])
-    match kind:
-        case "cut" | "link":
-            links: dict[tuple[str, str], list[tuple[str, str]]] = defaultdict(list)  # by the kinds at their ends
-            for a, b in permutations(processes, 2):
-                if plan.publishes_to(a, b):
-                    links[plan.rows[a].kind, plan.rows[b].kind].append((a, b))
-            keys["from"], keys["to"] = chance.choice(links[chance.choice(tuple(links))])
-            if kind == "link":
-                keys |= {"delay": chance.uniform(0.0, 0.3), "jitter": chance.uniform(0.0, 0.1)}
-                keys |= {"loss": chance.uniform(0.0, 0.6), "reordering": chance.uniform(0.0, 0.2)}
-        case "partition":
-            keys["processes"] = chance.sample(processes, chance.randint(1, 3))
-        case "noise":
-            keys["noise"] = chance.uniform(0.002, 0.03)
-        case "clock":
-            reach = chance.choice((0.2, 5.0))
-            keys["step"] = chance.uniform(-reach, reach)
-        case "lag":
-            keys |= {"lag": chance.uniform(0.0, 0.3), "dead_time": chance.uniform(0.0, 0.1)}
-        case "swap":
-            keys["drones"] = chance.sample(plan.swarm.flying, 2)
-        case _ if kind == TOLD_TO_END:
-            keys["process"] = chance.choice(list(plan.pilots.values()))
-    return keys
+    return {"process": chance.choice(kinds[chance.choice(tuple(kinds))])}
+
+
+def _clock(plan: Plan, chance: Random) -> Table:
+    process, reach = _process(plan, chance), chance.choice((0.2, 5.0))
+    return process | {"step": chance.uniform(-reach, reach)}
+
+
+def _link(plan: Plan, chance: Random) -> Table:
+    """Return a link, of each two kinds of process as often."""
+    links: dict[tuple[str, str], list[tuple[str, str]]] = defaultdict(list)
+    for a, b in permutations(targets(plan), 2):
+        if plan.publishes_to(a, b):
+            links[plan.rows[a].kind, plan.rows[b].kind].append((a, b))
+    return dict(zip(("from", "to"), chance.choice(links[chance.choice(tuple(links))]), strict=True))
+
+
+def _slow_link(plan: Plan, chance: Random) -> Table:
+    link = _link(plan, chance)
+    return link | {
+        key: chance.uniform(0.0, most)
+        for key, most in (("delay", 0.3), ("jitter", 0.1), ("loss", 0.6), ("reordering", 0.2))
+    }
+
+
+def _drone(plan: Plan, chance: Random) -> Table:
+    return {"drone": chance.choice(plan.swarm.flying)}
+
+
+def _lag(plan: Plan, chance: Random) -> Table:
+    return _drone(plan, chance) | {"lag": chance.uniform(0.0, 0.3), "dead_time": chance.uniform(0.0, 0.1)}
+
+
+DRAWS: Mapping[str, Callable[[Plan, Random], Table]] = {  # the keys that only some kinds have
+    "kill": _process,
+    "restart": _process,
+    "freeze": _process,
+    "clock": _clock,
+    "cut": _link,
+    "link": _slow_link,
+    "partition": lambda plan, chance: {"processes": chance.sample(targets(plan), chance.randint(1, 3))},
+    "noise": lambda _, chance: {"noise": chance.uniform(0.002, 0.03)},
+    "tracker": _drone,
+    "failure": _drone,
+    "lag": _lag,
+    "swap": lambda plan, chance: {"drones": chance.sample(plan.swarm.flying, 2)},
+    TOLD_TO_END: lambda plan, chance: {"process": chance.choice(list(plan.pilots.values()))},
+}
