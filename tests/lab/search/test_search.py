@@ -160,6 +160,7 @@ def test_the_search_goes_where_the_margin_is_least_and_draws_do_not() -> None:
     assert len(list(search.archive)) == 2
 
 
+@pytest.mark.long
 def test_equal_results_give_equal_questions() -> None:
     def asked() -> list[Candidate]:
         search, all_asked = Search(3, 1), []
