@@ -32,9 +32,8 @@ def _section(outline: Outline, keys: list[Key]) -> Iterator[str]:
     """Yield heading, purpose and keys of one model."""
     table = keys[0].table
     paths = dict.fromkeys(_heading(key.path) for key in keys)
-    kind = table["properties"].get("kind", {}).get("const")
     yield ""
-    yield f"## {' and '.join(paths)}" + (f', kind = "{kind}"' if kind else "")
+    yield f"## {' and '.join(paths)}" + (f', kind = "{keys[0].kind}"' if keys[0].kind else "")
     yield ""
     yield table.get("purpose", table["description"]).split("\n")[0]
     yield ""

@@ -38,6 +38,11 @@ class Key(NamedTuple):
         return f"{self.path}.{self.name}" if self.path else self.name
 
     @property
+    def kind(self) -> str:
+        """The kind of its table, empty if tables have no kinds."""
+        return str(self.table["properties"].get("kind", {}).get("const", ""))
+
+    @property
     def unit(self) -> str:
         """Its unit, empty if it has none."""
         return str(self.part.get("unit", ""))

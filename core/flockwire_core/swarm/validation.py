@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from flockwire_core.swarm.outline import Key, Outline
+from flockwire_core.swarm.outline import Outline
 from flockwire_core.swarm.wording import meant, one_of, shown
 
 NO_DEFAULT = "missing; this key has no default"
@@ -106,11 +106,7 @@ def _suggestion(outline: Outline, keys: tuple[str | int, ...], table: dict[str, 
 def _elsewhere(outline: Outline, path: list[str], name: str) -> list[str]:
     """Return up to two keys of the whole file with this name, first from another kind of the same table."""
     here = ".".join("N" if key.isdigit() else key for key in path)
-    found = sorted((key for key in outline.entries() if key.name == name), key=_is_switch)
-    kinds = [key.table["properties"].get("kind", {}).get("const") for key in found if key.path == here]
-    of_kind = [f"kind = {shown(kind)}" for kind in kinds if kind is not None]
+    found = [key for key in outline.entries() if key.name == name]
+    of_kind = [f"kind = {shown(key.kind)}" for key in found if key.path == here and key.kind]
+    found.sort(key=lambda key: key.part.get("type") == "boolean")  # switches last
     return of_kind[:1] or list(dict.fromkeys(key.text for key in found))[:2]
-
-
-def _is_switch(key: Key) -> bool:
-    return key.part.get("type") == "boolean"

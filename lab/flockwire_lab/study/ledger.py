@@ -31,12 +31,7 @@ class Ledger(Generic[Entry]):
         self._lines = TypeAdapter(kind)
         identity = _identity(plan, table)
         there = _read(out / PLAN)
-        if there is None and out.exists() and (not out.is_dir() or any(out.iterdir())):
-            raise StudyError(f"--out = {out}: this folder has other content; name a new one")
-        if there is not None and there != identity:
-            differing = ", ".join(f"its {key} differs" for key in identity if there.get(key) != identity[key])
-            how = differing if there else f"its {PLAN} cannot be read"
-            raise StudyError(f"--out = {out}: there is another study ({how}); name a new folder")
+        _refuse_other(out, there, identity)
         out.mkdir(parents=True, exist_ok=True)
         if there is None:
             (out / PLAN).write_text(json.dumps(identity, indent=1) + "\n", encoding="utf-8")
@@ -76,6 +71,16 @@ class Ledger(Generic[Entry]):
                 raise StudyError(f"{out / RUNS}: line {place} is not a run of a study") from None
         self._file.truncate(whole)
         return found
+
+
+def _refuse_other(out: Path, there: dict[str, Any] | None, identity: dict[str, Any]) -> None:
+    """Raise StudyError if the folder `out`, where the study `there` is, has other content than the study `identity`."""
+    if there is None and out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise StudyError(f"--out = {out}: this folder has other content; name a new one")
+    if there is not None and there != identity:
+        differing = ", ".join(f"its {key} differs" for key in identity if there.get(key) != identity[key])
+        how = differing if there else f"its {PLAN} cannot be read"
+        raise StudyError(f"--out = {out}: there is another study ({how}); name a new folder")
 
 
 def missing(plan: Study, table: Table, results: Iterable[Result]) -> list[Task]:

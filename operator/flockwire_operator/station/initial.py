@@ -123,7 +123,7 @@ def _table(table: str, keys: list[Key], given: dict[str, Any]) -> Iterator[str]:
 
 def _of_kind(keys: list[Key], given: dict[str, Any]) -> list[Key]:
     """Return the keys of the given kind of a table that has several."""
-    return [key for key in keys if key.table["properties"].get("kind", {}).get("const") in (None, given.get("kind"))]
+    return [key for key in keys if key.kind in ("", given.get("kind"))]
 
 
 def _keys(keys: list[Key], given: dict[str, Any]) -> Iterator[str]:
