@@ -20,7 +20,7 @@ class Script(Director):
         self.script = sorted(script.items())
 
     def step(self, fleet):
-        order, started = super().step(fleet), self._standing.started
+        order, started = super().step(fleet), self._known.started
         if order is None and self.stage is Stage.FLYING and self.script and started is not None:
             at, action = self.script[0]
             if fleet.now >= started.start + nanoseconds(at):

@@ -67,6 +67,10 @@ class Mission(NamedTuple):
         """When it was given, in its receiver's time, ns."""
         return self.stamp + self.ahead
 
+    def has(self, order: Mission) -> bool:
+        """Return whether the log that this order is of has `order`: it is this one, or one of `downs`."""
+        return order.version == self.version or order.version in self.downs
+
     @property
     def in_formation(self) -> bool:
         """Whether it orders a formation."""

@@ -204,6 +204,6 @@ def unrecorded(recorders: Iterable[str], statuses: Mapping[str, Status]) -> str:
 def _received(report: Report, order: Mission) -> bool:
     """Return whether a process has received `order`: it obeys it, or one that outranks it."""
     mission = report.mission
-    if mission is not None and order.version in (mission.version, *mission.downs):
+    if mission is not None and mission.has(order):
         return True
     return order.version in report.unnumbered

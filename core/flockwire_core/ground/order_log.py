@@ -46,7 +46,7 @@ class OrderLog:
     def take(self, order: Mission, now: int) -> bool:
         """Receive an order at `now` (Unix ns); returns whether the log has a new number."""
         was = self.order
-        if was is not None and order.version in (was.version, *was.downs):
+        if was is not None and was.has(order):
             return False
         if not rank(order) and not self._accepts(order, now):
             if order.version != self._refused:

@@ -57,7 +57,7 @@ class Orders:
         if order.number > self.number:
             self._logged = order
             self._drop(order.downs)
-        elif order.number or not rank(order) or self._has(order.version):
+        elif order.number or not rank(order) or self._has(order):
             return False
         else:
             self._unnumbered[order.version] = interrupting(order, self.mission)
@@ -79,9 +79,8 @@ class Orders:
             if own <= highest:
                 del self._unnumbered[version]
 
-    def _has(self, version: Version) -> bool:
-        logged = self._logged
-        return version in self._unnumbered or (logged is not None and version in (logged.version, *logged.downs))
+    def _has(self, order: Mission) -> bool:
+        return order.version in self._unnumbered or (self._logged is not None and self._logged.has(order))
 
 
 def interrupting(order: Mission, was: Mission | None) -> Mission:
