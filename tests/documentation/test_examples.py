@@ -13,7 +13,7 @@ from flockwire_lab.study.file import Study, load_study
 from PIL import Image
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-FOLDERS = sorted(path.name for path in EXAMPLES.iterdir() if path.is_dir())
+FOLDERS = sorted(path.name for path in EXAMPLES.iterdir() if path.is_dir() and not path.name.startswith("."))
 PAGE = (EXAMPLES / "README.md").read_text(encoding="utf-8")
 
 
