@@ -15,7 +15,6 @@ from flockwire_core.swarm.model import uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.plan import Plan
-from flockwire_core.wire.status import Report
 
 from flockwire_lab.faults.kinds import Fault
 
@@ -24,6 +23,8 @@ AIRBORNE = 0.02  # m above the highest start at which a drone has taken off
 
 class FaultyCore:
     """Edits what a core receives and sends by `faults`, and changes the conditions of what it simulates.
+
+    All else is the core's own.
 
     Times count from `took_off` (Unix ns) or, without it, from what the core learns of the take-off: the order, the
     first climb command, or a drone in the air.
@@ -65,18 +66,6 @@ class FaultyCore:
             edited = ((key, fault.edit_output(key, message, since, now)) for key, message in messages)
             messages = [(key, message) for key, message in edited if message is not None]
         return messages
-
-    def report(self, now: int) -> Report:
-        """Return the core's status."""
-        return self._core.report(now)
-
-    def retire(self, now: int) -> None:
-        """Land the core's drones."""
-        self._core.retire(now)
-
-    def may_end(self, now: int) -> bool:
-        """Return whether the core's process may end."""
-        return self._core.may_end(now)
 
     @property
     def sockets(self) -> tuple[Address, ...]:
@@ -132,4 +121,5 @@ def faulty(core: Core, faults: Sequence[Fault], plan: Plan, identity: str, took_
     own = [one for one in faults if row in one.cores and (drone is None or drone in one.named_drones().values())]
     if not own:
         return core
-    return (FaultyFramedCore if isinstance(core, Framed) else FaultyCore)(core, own, plan, took_off)
+    wrapper = FaultyFramedCore if isinstance(core, Framed) else FaultyCore
+    return cast("Core", wrapper(core, own, plan, took_off))

@@ -7,7 +7,7 @@ cameras and airframes (faulty_core.py). All others act on processes and links fr
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from math import inf
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
@@ -32,6 +32,9 @@ if TYPE_CHECKING:
     from flockwire_twins.trackers.cameras import CameraConditions, SimulatedSource
 
 
+PROCESS_KEYS = {"process": "process", "source": "from", "target": "to"}  # by field
+
+
 class FaultKind(Model):
     """The common part of all faults: `at`, s after the take-off order. `since` is in s after `at`."""
 
@@ -46,13 +49,15 @@ class FaultKind(Model):
         """The duration, s; infinite for a fault that does not end."""
         return getattr(self, "duration", inf)
 
-    def named_processes(self) -> Mapping[str, str]:
+    def named_processes(self) -> dict[str, str]:
         """Return the processes that it names, by key."""
-        return {}
+        listed = {f"processes.{place}": name for place, name in enumerate(getattr(self, "processes", ()))}
+        return {key: getattr(self, field) for field, key in PROCESS_KEYS.items() if hasattr(self, field)} | listed
 
-    def named_drones(self) -> Mapping[str, int]:
+    def named_drones(self) -> dict[str, int]:
         """Return the drones that it names, by key."""
-        return {}
+        listed = {f"drones.{place}": drone for place, drone in enumerate(getattr(self, "drones", ()))}
+        return {"drone": self.drone} if hasattr(self, "drone") else listed
 
     def possible(self, plan: Plan) -> tuple[int, ...]:
         """Return the drones that it may name."""
@@ -85,10 +90,6 @@ class FaultKind(Model):
 
 class _ProcessFault(FaultKind):
     process: str
-
-    def named_processes(self) -> Mapping[str, str]:
-        """Return the processes that it names, by key."""
-        return {"process": self.process}
 
 
 class Kill(_ProcessFault):
@@ -125,17 +126,11 @@ class _LinkFault(FaultKind):
     target: str = Field(alias="to")
     duration: Positive
 
-    def named_processes(self) -> Mapping[str, str]:
-        """Return the processes that it names, by key."""
-        return {"from": self.source, "to": self.target}
-
     @property
     def subject(self) -> str:
-        """What it acts on, in words."""
         return f"{self.source} → {self.target}"
 
     def problems(self, plan: Plan) -> Iterator[tuple[str, str]]:
-        """Yield the other keys that are wrong, each with its value and the rule."""
         known = targets(plan)
         subscribers = [name for name in known if name != self.source and plan.publishes_to(self.source, name)]
         if self.target not in subscribers and self.target in known:
@@ -171,17 +166,9 @@ class Partition(FaultKind):
     processes: Annotated[Items[str], Field(min_length=1)]
     duration: Positive
 
-    def named_processes(self) -> Mapping[str, str]:
-        """Return the processes that it names, by key."""
-        return {f"processes.{place}": process for place, process in enumerate(self.processes)}
-
 
 class _DroneFault(FaultKind):
     drone: int
-
-    def named_drones(self) -> Mapping[str, int]:
-        """Return the drones that it names, by key."""
-        return {"drone": self.drone}
 
 
 class TrackerLoss(_DroneFault):
@@ -192,7 +179,6 @@ class TrackerLoss(_DroneFault):
     duration: Positive
 
     def change(self, conditions: CameraConditions, since: float) -> CameraConditions:
-        """Hide the drone."""
         return conditions._replace(unseen=conditions.unseen | {self.drone})
 
 
@@ -205,7 +191,6 @@ class FalsePose(_DroneFault):
     duration: Positive
 
     def edit_input(self, key: Key, message: Message, since: float) -> Message:
-        """Move the drone's true place."""
         if not isinstance(message, Pose) or key.owner != uav(self.drone):
             return message
         return message._replace(position=add(message.position, scale(self.velocity, since)))
@@ -220,7 +205,6 @@ class NoiseBurst(FaultKind):
     duration: Positive
 
     def change(self, conditions: CameraConditions, since: float) -> CameraConditions:
-        """Add its noise."""
         return conditions._replace(noises=(*conditions.noises, self.noise))
 
 
@@ -232,17 +216,11 @@ class NameSwap(FaultKind):
     drones: Annotated[tuple[int, int], Field(strict=False)]
     duration: Positive
 
-    def named_drones(self) -> Mapping[str, int]:
-        """Return the drones that it names, by key."""
-        return {f"drones.{place}": drone for place, drone in enumerate(self.drones)}
-
     def problems(self, plan: Plan) -> Iterator[tuple[str, str]]:
-        """Yield the other keys that are wrong, each with its value and the rule."""
         if self.drones[0] == self.drones[1]:
             yield "drones", f"{list(self.drones)}: must be two drones"
 
     def change(self, conditions: CameraConditions, since: float) -> CameraConditions:
-        """Exchange the names."""
         return conditions._replace(swaps=(*conditions.swaps, self.drones))
 
 
@@ -261,15 +239,12 @@ class Visitor(FaultKind):
 
     @property
     def subject(self) -> str:
-        """What it acts on, in words."""
         return self.body
 
     def prepare(self, stand_in: SimulatedSource) -> None:
-        """Announce the body."""
         stand_in.announce(self.body)
 
     def change(self, conditions: CameraConditions, since: float) -> CameraConditions:
-        """Add the body, where it is then."""
         place = add(self.start, scale(self.velocity, since))
         return conditions._replace(visitors=(*conditions.visitors, (self.body, place)))
 
@@ -278,7 +253,6 @@ class _AirframeFault(_DroneFault):
     cores = AIRFRAMES
 
     def possible(self, plan: Plan) -> tuple[int, ...]:
-        """Return the drones that it may name."""
         return plan.swarm.flying
 
 
@@ -290,7 +264,6 @@ class AirframeLag(_AirframeFault):
     dead_time: NotNegative = 0.0
 
     def change(self, conditions: AirframeConditions, since: float) -> AirframeConditions:
-        """Set the response of the airframe."""
         response = {uav(self.drone): (self.lag, self.dead_time)}
         return conditions._replace(responses={**conditions.responses, **response})
 
@@ -301,7 +274,6 @@ class AirframeFailure(_AirframeFault):
     kind: Literal["failure"]
 
     def change(self, conditions: AirframeConditions, since: float) -> AirframeConditions:
-        """Stop the motors."""
         return conditions._replace(failed=conditions.failed | {uav(self.drone)})
 
 
@@ -313,11 +285,9 @@ class FalseHeight(_AirframeFault):
     duration: Positive
 
     def possible(self, plan: Plan) -> tuple[int, ...]:
-        """Return the drones that it may name."""
         return tuple(i for i in plan.swarm.flying if i not in plan.swarm.driven)  # those have drivers of their own
 
     def edit_output(self, key: Key, message: Message, since: float, now: int) -> Message:
-        """Raise the reported height."""
         if not isinstance(message, Telemetry) or key.owner != uav(self.drone):
             return message
         return message._replace(height=message.height + self.offset)
@@ -333,7 +303,6 @@ class WindChange(FaultKind):
     duration: Positive
 
     def change(self, conditions: AirframeConditions, since: float) -> AirframeConditions:
-        """Let this wind blow."""
         return conditions._replace(wind=self)
 
 
@@ -344,7 +313,6 @@ class _AgentFault(_DroneFault):
     duration: Positive
 
     def possible(self, plan: Plan) -> tuple[int, ...]:
-        """Return the drones that it may name."""
         return plan.swarm.followers
 
 
@@ -355,7 +323,6 @@ class FalseEstimate(_AgentFault):
     velocity: Point
 
     def edit_output(self, key: Key, message: Message, since: float, now: int) -> Message:
-        """Move the estimate."""
         if not isinstance(message, Estimate):
             return message
         x, v, a = message.motion.fields()
@@ -370,7 +337,6 @@ class FalseAge(_AgentFault):
     age: NotNegative
 
     def edit_output(self, key: Key, message: Message, since: float, now: int) -> Message:
-        """Claim to have heard the leader itself."""
         if not isinstance(message, Estimate):
             return message
         return message._replace(origin=now - nanoseconds(self.age), hops=0, leading=Leading.LEADS)
@@ -383,7 +349,6 @@ class FalseBids(_AgentFault):
     price: Positive
 
     def edit_output(self, key: Key, message: Message, since: float, now: int) -> Message:
-        """Claim all places."""
         if not isinstance(message, Bids):
             return message
         return message._replace(bids=(Bid(self.price, self.drone),) * len(message.bids))
