@@ -98,14 +98,13 @@ class FlightPhases:
             self.reason = REASONS.get(row.reason) or found.get(row.reason, NO_REASON)
 
 
-def command_stamp(pose: Pose | None, now: int, stale_after: float) -> tuple[int, bool]:
-    """Return the stamp of the command at `now` (Unix ns), and whether it answers `pose`.
+def command_stamp(pose: Pose | None, now: int, stale_after: float) -> int:
+    """Return the stamp of the command at `now` (Unix ns): that of `pose` if it is at most `stale_after` s old.
 
-    It does if the pose is at most `stale_after` s old. Otherwise the stamp is that of the oldest valid pose, so later
-    answers are never older.
+    Otherwise it is that of the oldest valid pose, so later answers are never older.
     """
     oldest = now - round(stale_after * SECOND)
-    return (pose.stamp, True) if pose is not None and pose.stamp >= oldest else (oldest, False)
+    return max(pose.stamp, oldest) if pose is not None else oldest
 
 
 def age(stamp: int, now: int) -> float:

@@ -103,7 +103,7 @@ class Pilot:
         pose, was = self._body.last, self.flight.phase
         values = self._values(now, pause, silence, leader_down, len(missing), bool(failure))
         self._found = found = self._reactions.find(values, was, failure, missing)
-        self.stamp, fresh = command_stamp(pose, now, self._limits.staleness.pose_zero)
+        self.stamp = command_stamp(pose, now, self._limits.staleness.pose_zero)
         high = pose is not None and self._place.is_high(pose.position)
         phase = self.flight.update(now, self._telemetry.state in AIRBORNE, high, found)
         if phase is not was:  # a new phase has its own place
@@ -114,7 +114,7 @@ class Pilot:
         self.motion, self.bodies = None, ()
         if pose is not None:
             self.bodies = self._surroundings.bodies(pose, neighbours)
-            if fresh and BLIND not in found:
+            if BLIND not in found:
                 self.motion = motion = self._measure(pose, phase, now)
                 self._body.stops = distance(motion.position, motion.stopping)
                 if self._guard is not None and phase in IN_FLIGHT:
