@@ -1,4 +1,4 @@
-"""Gives one order to a running swarm, as a separate operator (ground/giving.py decides); explains missing links.
+"""Gives one order to a running swarm, as a separate operator (ground/delivery.py decides); explains missing links.
 
 Zenoh retries a link without a message, so a handshake is tried. Only the handshake is sent, and it occupies a place of
 the process only for its duration.
