@@ -24,6 +24,7 @@ from flockwire_core.loading import load_swarm
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.keys import Key
 from flockwire_lab.faults.kinds import Kill
+from flockwire_twins.kinematics.core import AirframeConditions
 
 PLAIN = {int: 1, float: 1.5, str: "a", bool: True, bytes: b"a", object: "a", type(None): None, typing.Any: "a"}
 ROW, FLOWN = Line(2, 1.0, 0.0, 0.5), load_swarm(ROOT / "examples/paper_simulation.toml")
@@ -34,6 +35,7 @@ EXAMPLES = {
     Swarm: FLOWN.model_copy(update={"topology": FLOWN.topology}),  # with what it keeps
     Kill: Kill(kind="kill", process="uav1", at=1.0),
     Key: Key("mission"),
+    AirframeConditions: AirframeConditions(FLOWN.wind, {"uav1": (0.1, 0.05)}, frozenset({"uav2"})),
 }
 
 
