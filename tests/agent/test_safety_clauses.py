@@ -8,10 +8,11 @@ from math import inf
 from typing import Any
 
 import pytest
-from flockwire_core.control import barrier, fence, guard
+from flockwire_core.control import barrier, guard
 from flockwire_core.control.around.bent_place import BentPlace
 from flockwire_core.control.around.way_round import WayRound
 from flockwire_core.control.barrier import sight_speed
+from flockwire_core.control.fence import Room
 from flockwire_core.control.safety_filter import nearest_velocity
 from flockwire_core.domain.vector import ZERO
 from flockwire_core.parameters import PilotParameters, pilot_parameters
@@ -26,7 +27,7 @@ STRAIGHT = {"avoidance.sidestep_reach": 1e-3}  # nobody turns aside: only the cl
 def alone(**taken: Any) -> Callable[..., Any]:
     """Return `keep_clear` with some of its arguments taken out."""
 
-    def keep(separation: Any, stopping: Any, own: Any, velocity: Any, shared: bool, *rest: float) -> Any:
+    def keep(separation: Any, stopping: Any, own: Any, velocity: Any, shared: bool, *rest: Any) -> Any:
         if (taken.get("drones") and shared) or (taken.get("obstacles") and not shared):
             return None
         stopping = separation if taken.get("stopping") else stopping
@@ -79,7 +80,7 @@ CLAUSES = {
     ),
     "braking": Clause(
         *FACE_TO_FACE, {**STRAIGHT, "limits.acceleration": 1.5}, apart,
-        {"keep_clear": lambda *a: barrier.keep_clear(*a[:7], inf, *a[8:])},
+        {"keep_clear": lambda *a: barrier.keep_clear(*a[:6], a[6]._replace(braking=inf), *a[7:])},
     ),
     "least violation": Clause(
         *AGAINST_THE_LEADER, {**LEADER_COMES, "limits.acceleration": 2.0, "avoidance.sensing_radius": 1.3}, apart,
@@ -99,11 +100,11 @@ CLAUSES = {
     "fence": Clause(
         [[1.5, 0.0], [0.0, 0.0]], {1: [1.9, 0.0, 0.0]},
         {"limits.fence": {"min": [-2.0, -2.0, -0.5], "max": [2.0, 2.0, 3.0]}},
-        lambda flown: flown.outside <= 0.0, {"keep_inside": lambda *_: []},
+        lambda flown: flown.outside <= 0.0, {"half_spaces": lambda *_: []},
     ),
     "floor": Clause(
         [FAR, [0.0, 0.0]], {1: [0.0, -9.0, -1.2]}, {},
-        lambda flown: flown.lowest >= 0.1, {"keep_inside": lambda *_: []},
+        lambda flown: flown.lowest >= 0.1, {"half_spaces": lambda *_: []},
     ),
     "speed": Clause(
         [FAR, [-1.5, 0.0]], {1: [1.5, -9.0, 0.0]},
@@ -131,6 +132,6 @@ def test_without_the_clause_it_goes_wrong(
     flown = fly_flock(clause.starts, clause.offsets, clause.changes, clause.duration)
     assert clause.holds(flown), flown
     for attribute, replacement in clause.out.items():
-        monkeypatch.setattr(fence if attribute == "keep_inside" else guard, attribute, replacement)
+        monkeypatch.setattr(Room if attribute == "half_spaces" else guard, attribute, replacement)
     flown = fly_flock(clause.starts, clause.offsets, {**clause.changes, **clause.without}, clause.duration)
     assert not clause.holds(flown), flown

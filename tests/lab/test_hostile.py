@@ -70,6 +70,11 @@ def test_a_corner_of_the_fence_is_kept_at_a_small_acceleration() -> None:
     assert hostile.measured(corner, duration=10.0).margins["fence"] == hostile.OUTSIDE  # nobody outside
 
 
+def test_a_wall_is_kept_while_a_drone_ahead_asks_for_braking() -> None:
+    """0.024 m outside: it slid along the wall, and gave the wall only a share of the braking."""
+    assert hostile.fly(hostile.point_of(617)).margins["fence"] == hostile.OUTSIDE  # nobody outside
+
+
 def test_a_drone_without_a_way_from_a_person_reports_it(fly: Callable[..., Any]) -> None:
     person = {
         "at": 4.0, "kind": "visitor", "start": [-3.0, 1.0, 1.2], "velocity": [1.5, 0.0, 0.0], "duration": 4.0,

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
-from flockwire_core.control import barrier, fence, guard
+from flockwire_core.control import barrier, guard
+from flockwire_core.control.fence import Room
 from flockwire_core.domain.vector import ZERO, add
 from flockwire_core.wire.phase import Phase
 
@@ -18,7 +19,7 @@ EAST = {"leader.trajectory.velocity": [0.6, 0.0, 0.0], **STRAIGHT}
 def alone(**taken: Any) -> Callable[..., Any]:
     """Return `keep_clear` with some of its arguments taken out."""
 
-    def keep(separation: Any, stopping: Any, own: Any, velocity: Any, shared: bool, *rest: float) -> Any:
+    def keep(separation: Any, stopping: Any, own: Any, velocity: Any, shared: bool, *rest: Any) -> Any:
         if (taken.get("drones") and shared) or (taken.get("obstacles") and not shared):
             return None
         velocity = ZERO if taken.get("velocity") else velocity
@@ -52,11 +53,11 @@ CLAUSES = {
     ),
     "fence": Clause(
         {**EAST, "limits.fence": {"min": [-3.5, -3.5, -0.5], "max": [3.5, 3.5, 3.0]}},
-        lambda leader: leader.position[0] <= 3.5, {"keep_inside": lambda *_: []},
+        lambda leader: leader.position[0] <= 3.5, {"half_spaces": lambda *_: []},
     ),
     "floor": Clause(
         {"leader.trajectory.velocity": [0.0, 0.0, -0.1], "limits.floor": 0.5},
-        lambda leader: leader.position[2] >= 0.5, {"keep_inside": lambda *_: []},
+        lambda leader: leader.position[2] >= 0.5, {"half_spaces": lambda *_: []},
     ),
     "speed": Clause(
         {"leader.trajectory.velocity": [1.4, 0.0, 0.0], "limits.speed": 1.1},
@@ -74,7 +75,7 @@ def test_without_the_clause_it_goes_wrong(
     clause = CLAUSES[name]
     assert clause.holds(flown(clause, flying))
     for attribute, replacement in clause.out.items():
-        monkeypatch.setattr(fence if attribute == "keep_inside" else guard, attribute, replacement)
+        monkeypatch.setattr(Room if attribute == "half_spaces" else guard, attribute, replacement)
     assert not clause.holds(flown(clause, flying))
 
 

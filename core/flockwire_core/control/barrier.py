@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import hypot, inf, sqrt
-from typing import Final
+from typing import Final, NamedTuple
 
 from flockwire_core.control.safety_filter import HalfSpace
 from flockwire_core.domain.vector import Vector
@@ -12,17 +12,54 @@ _COINCIDENT: Final = 1e-9
 _SHIFTED: Final = 0.2  # of A, more than half, for a drone that moves; more pushes one at its place (docs/theory.md)
 
 
-def approach_speed(gap: float, rate: float, braking: float) -> float:
-    """Return the speed A, m/s, at which `gap` (m, beyond the safety distance) may shrink; negative: it must grow.
+class Approach(NamedTuple):
+    """How fast a drone may approach what it must not reach: it needs the way R(s), m, to brake from the speed s.
 
-        A = alpha g                           for g <= g_1 = b / alpha^2
-        A = sqrt(2 b (g − g_1 / 2))           beyond        (ours)
+        R(s) = s / alpha                      for s <= b / alpha
+        R(s) = s^2 / (2 b) + b / (2 alpha^2)  beyond          (ours)
 
-    `rate` is alpha in 1/s, `braking` the largest deceleration b in m/s^2 that A requires; both branches meet with the
-    same slope. With g' >= −A(g) the gap decays to 0 and never passes it; sampled every dt while alpha dt <= 1.
+    Both branches meet with the same slope. Sampled every dt, R(s) <= gap keeps the gap above 0 while alpha dt <= 1.
     """
-    knee = braking / (rate * rate)
-    return rate * gap if gap <= knee else sqrt(2.0 * braking * (gap - 0.5 * knee))
+
+    last: Vector  # m/s, the last command
+    speed: float  # m/s, the largest of the next
+    rate: float  # 1/s, alpha
+    braking: float  # m/s^2, the deceleration b
+
+    def way(self, speed: float) -> float:
+        """Return R(s), m, of the `speed` s, m/s; negative for a drone that leaves."""
+        if speed * self.rate <= self.braking:
+            return speed / self.rate
+        return speed * speed / (2.0 * self.braking) + self.braking / (2.0 * self.rate * self.rate)
+
+    def growth(self, speed: float) -> float:
+        """Return dR/ds, s, at the `speed` s, m/s."""
+        return max(1.0 / self.rate, speed / self.braking)
+
+    def half_space(self, normal: Vector, gap: float, closing: float = 0.0, recovery: float = inf) -> HalfSpace | None:
+        """Return the half-space of velocities u that leave a `gap` (m) to a plane, None if every velocity does.
+
+            p/s R(s) + R(p + c) − R(p) <= gap,   s = |u|,   p = −n·u        made linear at the last command      (ours)
+
+        `normal` n leads away from the plane, which comes along n at `closing` c, m/s. The first term is the way along
+        −n of a drone that brakes straight. So it comes nearer by as much as it needs less, to each of several planes:
+        where all are satisfied, they stay so. From beyond a plane it comes back at alpha times the way, `recovery`
+        (m/s) at most.
+        """
+        x, y, z = normal
+        vx, vy, vz = self.last
+        own, speed = -(x * vx + y * vy + z * vz), hypot(vx, vy, vz)
+        if gap <= 0.0:
+            least = closing + min(-self.rate * gap, recovery)
+        else:
+            time = self.way(speed) / speed if speed > 0.0 and (own > 0.0 or closing <= 0.0) else 1.0 / self.rate
+            slope = time + self.growth(own + closing) - self.growth(own)
+            least = time * own + self.way(own + closing) - self.way(own) - gap - slope * own
+            tilt = (self.growth(speed) - time) * own / (speed * speed) if own > 0.0 else 0.0
+            x, y, z = slope * x - tilt * vx, slope * y - tilt * vy, slope * z - tilt * vz
+            length = hypot(x, y, z)
+            x, y, z, least = x / length, y / length, z / length, (least - tilt * speed * speed) / length
+        return (x, y, z, least) if least > -self.speed else None
 
 
 def nearest_on_segment(start: Vector, end: Vector) -> Vector:
@@ -46,69 +83,46 @@ def keep_clear(
     body_velocity: Vector,
     shared: bool,
     safety_distance: float,
-    rate: float,
-    braking: float,
-    speed: float,
+    approach: Approach,
     recovery: float = inf,
 ) -> HalfSpace | None:
     """Return the half-space of velocities that avoid one body, None if every velocity does.
 
         z on the segment from `separation` to `stopping` nearest to the origin,   n = z / |z|,   g = |z| − r
-        n·u >= −min(S, A(g) − c)   for a body that yields,      c = n·v_body,   c_i = −n·v
-        S = A(g)/2 + clamp((c_i − c)/2, −0.2 A(g), 0.2 A(g)),   A(g)/2 for A(g) <= 0
-        n·u >= −A(g) + c           for one that does not              (ours)
+        the gap g to a plane that comes at c = n·v_body; for a body that yields also the gap S to one that stands:
+        S = g/2 + clamp((h_i − h)/2, −0.2 g, 0.2 g),   g/2 for g <= 0              (ours)
 
-    `separation` is x − x_body in m; `stopping` the same difference after both have stopped if the command is zero from
-    now on: no command can change the path between. `velocity` v and `body_velocity` in m/s, `safety_distance` r in m.
-    The shares of two that yield add up to A(g), and the larger one has who moves. What a body takes beyond its share
-    reduces ours, so bodies that do not yield need not be known. `speed` is the largest |u|. A(g) is at least
-    −`recovery`, m/s: the speed limit out of a body that has grown around us.
+    h = c R(|v_body|)/|v_body| and h_i, likewise of −n·v, are what both need to brake. `separation` is x − x_body in m;
+    `stopping` the same difference after both have stopped if the command is zero from now on: no command can change the
+    path between. `velocity` v and `body_velocity` in m/s, `safety_distance` r in m. The shares of two that yield add up
+    to g, and the larger one has who moves. One that does not yield need not be known: it leaves the less.
     """
     z = nearest_on_segment(separation, stopping)
     distance = hypot(*z)
     gap = distance - safety_distance
     if distance < _COINCIDENT:
         z, distance, gap = separation, max(hypot(*separation), _COINCIDENT), -safety_distance
-    x, y, z_ = z[0] / distance, z[1] / distance, z[2] / distance
-    allowed = max(approach_speed(gap, rate, braking), -recovery)
-    closing = x * body_velocity[0] + y * body_velocity[1] + z_ * body_velocity[2]
-    least = closing - allowed
-    if shared:
-        own = -(x * velocity[0] + y * velocity[1] + z_ * velocity[2])
-        most = _SHIFTED * max(allowed, 0.0)
-        share = 0.5 * allowed + min(max(0.5 * (own - closing), -most), most)
-        least = max(-share, least)
-    return (x, y, z_, least) if least > -speed else None
+    x, y, z_ = normal = (z[0] / distance, z[1] / distance, z[2] / distance)
+    vx, vy, vz = velocity
+    wx, wy, wz = body_velocity
+    closing = x * wx + y * wy + z_ * wz
+    space = approach.half_space(normal, gap, closing, recovery)
+    if not shared:
+        return space
+    own, speed, other = -(x * vx + y * vy + z_ * vz), hypot(vx, vy, vz), hypot(wx, wy, wz)
+    needed = own * approach.way(speed) / speed if speed > 0.0 else 0.0
+    taken = closing * approach.way(other) / other if other > 0.0 else 0.0
+    most = _SHIFTED * max(gap, 0.0)
+    share = approach.half_space(normal, 0.5 * gap + min(max(0.5 * (needed - taken), -most), most))
+    if space is None or share is None:
+        return space or share
+    return max(space, share, key=lambda one: lack(one, approach.last))
 
 
-def keep_inside(
-    position: Vector,
-    stopping: Vector,
-    low: Vector,
-    high: Vector,
-    rate: float,
-    braking: float,
-    speed: float,
-    recovery: float = inf,
-) -> list[HalfSpace]:
-    """Return the half-spaces of velocities that stay in the box `low` … `high`, m, or come back to it.
-
-        n·u >= −A(g),   g the distance to the face, from here or from the stopping point, whichever is less
-
-    Faces that no velocity up to `speed`, m/s, reaches are left out. A(g) is at least −`recovery`, m/s.
-    """
-    found: list[HalfSpace] = []
-    for k in range(3):
-        near, far = position[k], stopping[k]
-        if near > far:
-            near, far = far, near
-        least = min(-approach_speed(near - low[k], rate, braking), recovery)
-        if least > -speed:
-            found.append((float(k == 0), float(k == 1), float(k == 2), least))
-        least = min(-approach_speed(high[k] - far, rate, braking), recovery)
-        if least > -speed:
-            found.append((-float(k == 0), -float(k == 1), -float(k == 2), least))
-    return found
+def lack(space: HalfSpace, velocity: Vector) -> float:
+    """Return by how much, m/s, `velocity` does not satisfy a half-space; negative if it does."""
+    x, y, z, least = space
+    return least - x * velocity[0] - y * velocity[1] - z * velocity[2]
 
 
 def speed_and_acceleration(last: Vector, speed: float, change: float) -> tuple[Vector, float, HalfSpace | None]:

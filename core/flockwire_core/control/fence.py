@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import hypot, inf, sqrt
+from math import hypot, inf
 from typing import Final
 
-from flockwire_core.control.barrier import approach_speed, keep_inside
-from flockwire_core.control.plane_polygon import Corner, clearance, edges, inward_normal, nearest_on_edge, sharpness
+from flockwire_core.control.barrier import Approach
+from flockwire_core.control.plane_polygon import Corner, clearance, edges, inward_normal, nearest_on_edge
 from flockwire_core.control.safety_filter import HalfSpace
 from flockwire_core.domain.frozen import Frozen
 from flockwire_core.domain.vector import Vector
@@ -69,41 +69,28 @@ class Room(Frozen):
                 velocity = (velocity[0] - along * nx, velocity[1] - along * ny, velocity[2])
         return velocity
 
-    @property
-    def braking_share(self) -> float:
-        """The share of an acceleration that each side may require, so that all that meet in a corner can at once."""
-        share = min(sqrt(0.5), sharpness(self.corners)) if self.corners else sqrt(0.5)
-        return share / hypot(1.0, share)  # floor or ceiling besides
-
     def half_spaces(
-        self,
-        position: Vector,
-        stopping: Vector,
-        floor: float,
-        rate: float,
-        braking: float,
-        speed: float,
-        recovery: float = inf,
+        self, position: Vector, stopping: Vector, floor: float, approach: Approach, recovery: float = inf
     ) -> list[HalfSpace]:
         """Return the half-spaces of velocities that stay in the room above `floor` (m), or come back to it.
 
-        As `keep_inside`; each edge of a polygon is a separate wall, n from its nearest point to the path from the
-        position to the stopping point. Outside, n leads straight back, and no other edge counts.
+        Each face keeps the gap from the `position` or the `stopping` point (m), whichever is less; each edge of a
+        polygon is a separate wall, n from its nearest point to the path from the one to the other. Outside, n leads
+        straight back, and no other edge counts. `recovery` in m/s, at most, back from outside.
         """
+        found: list[HalfSpace | None] = []
         low = (self.low[0], self.low[1], max(self.low[2], floor))
-        found = keep_inside(position, stopping, low, self.high, rate, braking, speed, recovery)
-        if not self.corners:
-            return found
-        ends = (position[:2], stopping[:2])
-        distance, (nx, ny) = min(clearance(self.corners, end) for end in ends)
-        if distance <= 0.0:
-            return [*found, (nx, ny, 0.0, min(-approach_speed(distance, rate, braking), recovery))]
-        for edge in edges(self.corners):
-            gap, (nx, ny) = self._away(edge, ends)
-            least = -approach_speed(gap, rate, braking)
-            if least > -speed:
-                found.append((nx, ny, 0.0, least))
-        return found
+        for k in range(3):
+            near, far = min(position[k], stopping[k]), max(position[k], stopping[k])
+            x, y, z = float(k == 0), float(k == 1), float(k == 2)
+            found.append(approach.half_space((x, y, z), near - low[k], recovery=recovery))
+            found.append(approach.half_space((-x, -y, -z), self.high[k] - far, recovery=recovery))
+        if self.corners:
+            ends = (position[:2], stopping[:2])
+            gap, (nx, ny) = min(clearance(self.corners, end) for end in ends)
+            walls = [(gap, (nx, ny))] if gap <= 0.0 else [self._away(edge, ends) for edge in edges(self.corners)]
+            found += [approach.half_space((nx, ny, 0.0), gap, recovery=recovery) for gap, (nx, ny) in walls]
+        return [space for space in found if space is not None]
 
     def _away(self, edge: tuple[Corner, Corner], way: tuple[Corner, Corner]) -> tuple[float, Corner]:
         """Return the distance, m, between an edge and a way, and the unit vector from the one to the other."""

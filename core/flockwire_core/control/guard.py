@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from math import dist, inf
 from typing import Final, NamedTuple
 
-from flockwire_core.control.barrier import keep_clear, sight_speed, speed_and_acceleration
+from flockwire_core.control.barrier import Approach, keep_clear, sight_speed, speed_and_acceleration
 from flockwire_core.control.fence import Room
 from flockwire_core.control.safety_filter import HalfSpace, nearest_velocity
 from flockwire_core.control.tracker import BodyTracks, VelocityTracker
@@ -66,10 +66,6 @@ class Guard:
         self._tracks = BodyTracks(BODY_TIME_CONSTANT)
         self._own: VelocityTracker | None = None  # as late as the others are: both of two see the same velocities
         self._epoch = 0  # Unix ns, time 0 of the tracks
-        self._asking: list[Body] = []  # the bodies that constrain the velocity, one for each half-space
-        self._at_once = (
-            parameters.acceleration * parameters.room.braking_share
-        )  # m/s^2, by each of several fixed things
         self.is_cornered = False  # no velocity within the limits satisfies what a mover asks
         self.cornered = 0  # how often it came to that
 
@@ -96,77 +92,33 @@ class Guard:
             above = max(motion.stopping[2] - own.floor, 0.0)
             speed = min(speed, own.vertical_speed + TOUCHING + self._rate * above)
         seen = limit(wanted, own.sight_speed(max(now - stamp, 0) / SECOND))
-        spaces = self._bodies(motion, bodies, stamp, now, speed)
-        room, braking = own.room, own.acceleration
-        floor = room.low[2] if grounding else own.floor
+        approach = Approach(last, max(speed, norm(last)), self._rate, own.acceleration)
+        spaces, ranks = self._bodies(motion, bodies, (now - stamp) / SECOND, approach)
+        floor = own.room.low[2] if grounding else own.floor
         recovery = own.vertical_speed if grounding else inf  # a landing must not fly back at full speed, but descend
-        spaces += room.half_spaces(motion.position, motion.stopping, floor, self._rate, self._at_once, speed, recovery)
-        lowest = min(-own.vertical_speed - TOUCHING, last[2] + braking * dt) if grounding else -inf
+        spaces += own.room.half_spaces(motion.position, motion.stopping, floor, approach, recovery)
+        change = own.acceleration * dt
+        lowest = min(-own.vertical_speed - TOUCHING, last[2] + change) if grounding else -inf
         if grounding:  # the ground may be nearer than the pose has it
             spaces.append((0.0, 0.0, 1.0, lowest))
-        centre, radius, sliver = speed_and_acceleration(last, speed, braking * dt)
-        every = spaces if sliver is None else [*spaces, sliver]
-        v, violation = nearest_velocity(seen, every, radius, centre)
-        was, self.is_cornered = self.is_cornered, False
+        ranks += [_FIXED] * (len(spaces) - len(ranks))
+        centre, radius, plane = speed_and_acceleration(last, speed, change)
+        limits = [plane] if plane is not None else []
+        movers = [space for space, rank in zip(spaces, ranks, strict=True) if rank == _MOVER]
+        v, violation = nearest_velocity(seen, spaces + limits, radius, centre)
         if violation > 0.0:
-            v = self._compromise(seen, spaces, sliver, last, speed, braking * dt)
+            v = _compromise(seen, spaces, ranks, movers + limits, approach, speed, change)
+        x, y, z = v = limit((v[0], v[1], max(v[2], lowest)), approach.speed)
+        was = self.is_cornered
+        self.is_cornered = violation > 0.0 and any(nx * x + ny * y + nz * z < b - _TOUCHES for nx, ny, nz, b in movers)
         self.cornered += self.is_cornered and not was
-        vx, vy, vz = v
-        return limit((vx, vy, max(vz, lowest)), max(speed, norm(last)))
-
-    def _compromise(
-        self,
-        wanted: Vector,
-        spaces: list[HalfSpace],
-        sliver: HalfSpace | None,
-        last: Vector,
-        speed: float,
-        change: float,
-    ) -> Vector:
-        """Return the velocity where not all can be satisfied, by the ranks of what is asked; set `is_cornered`.
-
-        If only the acceleration forbids more, it is the step from `last`, `change` m/s at most, straight to the nearest
-        velocity that satisfies more, but movers get all that they can in this step; else the nearest to `wanted`.
-        """
-        given, ranks = self._ranked(spaces)
-        there, _ = nearest_velocity(last, given, speed, ZERO, ranks)
-        way = subtract(there, last)
-        movers = [space for space, rank in zip(given, ranks, strict=False) if rank == _MOVER]
-        if norm(way) <= change:
-            v, _ = nearest_velocity(wanted, given, change, last, ranks)
-        else:
-            first = movers if sliver is None or not movers else [*movers, sliver]
-            v, _ = nearest_velocity(add(last, limit(way, change)), first, change, last)
-        v = limit(v, max(speed, norm(last)))
-        x, y, z = v
-        self.is_cornered = any(nx * x + ny * y + nz * z < b - _TOUCHES for nx, ny, nz, b in movers)
         return v
-
-    def _ranked(self, spaces: list[HalfSpace]) -> tuple[list[HalfSpace], list[int]]:
-        """Return the half-spaces, and the ranks of those of bodies, which come first.
-
-        Another drone, or what may be elsewhere, asks for flight in a rank of its own.
-        """
-        found: list[HalfSpace] = []
-        ranks: list[int] = []
-        for body, space in zip(self._asking, spaces, strict=False):
-            x, y, z, least = space
-            rank = _MOVER if body.kind is BodyKind.MOVER else _FIXED
-            if body.kind is BodyKind.DRONE or (rank == _FIXED and body.velocity != ZERO):  # its surface grows
-                rank = _HALT
-                if least > 0.0:
-                    found.append((x, y, z, 0.0))
-                    ranks.append(_HALT)
-                    rank = _FLIGHT
-            found.append(space)
-            ranks.append(rank)
-        return found + spaces[len(self._asking) :], ranks
 
     def tracked(self, motion: Motion, bodies: Sequence[Body], stamp: int) -> list[Body]:
         """Return `bodies`, seen at `stamp` relative to `motion.position`, with the tracked velocities of drones."""
         self._epoch = self._epoch or stamp
         at = (stamp - self._epoch) / SECOND
-        if self._own is None or at < self._own.stamp:
+        if self._own is None:
             self._own = VelocityTracker(BODY_TIME_CONSTANT, motion.position, at)
         self._own.update(motion.position, at)
         positions = [add(motion.position, body.relative_position) for body in bodies]
@@ -176,17 +128,20 @@ class Guard:
             for body, velocity in zip(bodies, velocities, strict=True)
         ]
 
-    def _bodies(self, motion: Motion, bodies: Sequence[Body], stamp: int, now: int, speed: float) -> list[HalfSpace]:
-        rate, parameters = self._rate, self._parameters
+    def _bodies(
+        self, motion: Motion, bodies: Sequence[Body], age: float, approach: Approach
+    ) -> tuple[list[HalfSpace], list[int]]:
+        """Return what bodies seen `age` s ago ask, and its ranks; drones and what may be elsewhere ask in two."""
+        parameters = self._parameters
         drone_distance, obstacle_distance = parameters.separation
         slowness = parameters.slowness
         own = scale(subtract(motion.stopping, motion.position), STOPPING_DISTANCE_FACTOR if slowness else 1.0)
-        horizon = STOPPING_DISTANCE_FACTOR * slowness + (now - stamp) / SECOND
+        horizon = STOPPING_DISTANCE_FACTOR * slowness + age
         tracked = self._own.velocity if self._own is not None else ZERO
         seen = scale(tracked, horizon) if slowness else own  # `own` as the other drones see it
         alone, both, apart = [own], [own, seen], dist(own, seen)
-        found: list[HalfSpace] = []
-        self._asking.clear()
+        spaces: list[HalfSpace] = []
+        ranks: list[int] = []
         for place, body in enumerate(bodies):
             x, y, z = body.relative_position
             vx, vy, vz = body.velocity
@@ -194,16 +149,44 @@ class Guard:
             drone = body.kind is BodyKind.DRONE
             vz = vz if drone or z else 0.0  # beside an upright cylinder no height matters, nor its rate
             distance = drone_distance if drone else obstacle_distance + body.radius
-            fixed = body.kind is BodyKind.OBSTACLE
-            recovery, braking = (parameters.vertical_speed, self._at_once) if fixed else (inf, parameters.acceleration)
+            recovery = parameters.vertical_speed if body.kind is BodyKind.OBSTACLE else inf
+            rank = _MOVER if body.kind is BodyKind.MOVER else _FIXED
+            yields = drone or (rank == _FIXED and body.velocity != ZERO)  # or its space grows
             unseen = drone and apart * apart > 2.0 * UNSEEN * norm(body.relative_position)
             for sx, sy, sz in both if unseen else alone:
                 rise = sz if drone or z else 0.0
-                space = keep_clear(
-                    (-x, -y, -z), (sx - x - horizon * vx, sy - y - horizon * vy, rise - z - horizon * vz), velocity,
-                    (vx, vy, vz), drone, distance, rate, braking, speed, recovery,
-                )  # fmt: skip
-                if space is not None:
-                    found.append(space)
-                    self._asking.append(body)
-        return found
+                stopping = (sx - x - horizon * vx, sy - y - horizon * vy, rise - z - horizon * vz)
+                space = keep_clear((-x, -y, -z), stopping, velocity, (vx, vy, vz), drone, distance, approach, recovery)
+                if space is None:
+                    continue
+                if yields and space[3] > 0.0:
+                    spaces.append((space[0], space[1], space[2], 0.0))
+                    ranks.append(_HALT)
+                spaces.append(space)
+                ranks.append(rank if not yields else _FLIGHT if space[3] > 0.0 else _HALT)
+        return spaces, ranks
+
+
+def _compromise(
+    wanted: Vector,
+    spaces: list[HalfSpace],
+    ranks: list[int],
+    first: list[HalfSpace],
+    approach: Approach,
+    speed: float,
+    change: float,
+) -> Vector:
+    """Return the velocity where not all can be satisfied: the step, `change` m/s at most, straight towards a goal.
+
+    The goal satisfies all (or violates least, by `ranks`). It is the one nearest to the last command, but no faster
+    than b/alpha, up to which the acceleration does not limit the approach, or than what asks for the most. So a fast
+    drone brakes straight, by which walls, obstacles and other drones lose the least. If the goal is near enough, the
+    velocity is the nearest to `wanted` that satisfies as much. What comes `first` is satisfied in any case.
+    """
+    last, slow = approach.last, min(approach.braking / approach.rate, speed)
+    most = min(max([slow, *(b for _, _, _, b in spaces)]), speed)
+    goal, _ = nearest_velocity(limit(last, slow), spaces, most, ZERO, ranks)
+    step = subtract(goal, last)
+    if norm(step) > change:
+        return nearest_velocity(add(last, limit(step, change)), first, change, last)[0]
+    return nearest_velocity(wanted, spaces, change, last, ranks)[0]

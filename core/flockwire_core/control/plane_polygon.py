@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import pairwise
-from math import hypot, sqrt
+from math import hypot
 from typing import Final
 
 Corner = tuple[float, float]
@@ -64,17 +64,6 @@ def inward_normal(corners: tuple[Corner, ...], edge: tuple[Corner, Corner]) -> C
 def area(corners: tuple[Corner, ...]) -> float:
     """Return the area, m^2, negative if the corners are clockwise."""
     return 0.5 * sum(ax * by - bx * ay for (ax, ay), (bx, by) in edges(corners))
-
-
-def sharpness(corners: tuple[Corner, ...]) -> float:
-    """Return the sine of half the sharpest inner angle: the share of a push out of that corner that each edge needs."""
-    turn, sharpest = 1.0 if area(corners) > 0.0 else -1.0, 1.0
-    for ((ax, ay), (bx, by)), (_, (cx, cy)) in pairwise((*edges(corners), (corners[0], corners[1]))):
-        ux, uy, vx, vy = bx - ax, by - ay, cx - bx, cy - by
-        if turn * (ux * vy - uy * vx) > 0.0:
-            cosine = (ux * vx + uy * vy) / (hypot(ux, uy) * hypot(vx, vy))
-            sharpest = min(sharpest, sqrt(0.5 * (1.0 + cosine)))
-    return sharpest
 
 
 def crossing(corners: tuple[Corner, ...]) -> tuple[int, int] | None:

@@ -29,7 +29,7 @@ def nearest_velocity(
 
     with t_r, for the half-spaces of rank r, the smallest for which such a velocity exists, first for the lowest rank,
     then for the next: no rank is violated for a higher one. All are 0 as long as the half-spaces and the ball have a
-    common point. Half-spaces beyond the end of `ranks` have rank 1.
+    common point. Without `ranks` all are of one.
     The half-spaces are added one by one. If one is violated, the solution is on its plane, and there, again one by one,
     on the line of two planes or at the point of three: exact, in linear time on average.
     """
@@ -40,9 +40,9 @@ def nearest_velocity(
     violation = 0.0
     if failed < len(shifted):
         kept: list[HalfSpace] = []
-        all_ranks = [*ranks, *[1] * (len(shifted) - len(ranks))]
-        for rank in sorted(set(all_ranks)):
-            planes = [plane for plane, own in zip(shifted, all_ranks, strict=True) if own == rank]
+        ranks = ranks or [0] * len(shifted)
+        for rank in sorted(set(ranks)):
+            planes = [plane for plane, own in zip(shifted, ranks, strict=True) if own == rank]
             v, least = _least_violation(planes, kept, radius)
             violation = max(violation, least)
             kept += [(x, y, z, b - least - _RELAXED) for x, y, z, b in planes]

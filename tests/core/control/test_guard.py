@@ -238,12 +238,12 @@ def test_a_drone_without_a_way_from_a_person_says_so(parameters):
 def test_where_only_the_acceleration_forbids_it_goes_straight_to_what_satisfies_all(parameters):
     """Two bodies ahead, one of them much farther to the side: braking is best for both, not the way between them."""
     bodies = (Body(BodyKind.OBSTACLE, (0.7, 0.0, 0.0), 0.3), Body(BodyKind.OBSTACLE, (0.0, 0.62, 0.0), 0.3))
-    last = (1.5, 1.5, 0.0)
+    last = (1.2, 1.2, 0.0)
     _, v = halted(parameters, *bodies, last=last)
     assert hypot(*(a - b for a, b in zip(v, last, strict=True))) == pytest.approx(0.1)
     x, y, _ = (a - b for a, b in zip(v, last, strict=True))
     free = (0.07 * parameters.rate, -0.01 * parameters.rate)
-    assert x / y == pytest.approx((free[0] - 1.5) / (free[1] - 1.5), abs=1e-6)
+    assert x / y == pytest.approx((free[0] - 1.2) / (free[1] - 1.2), abs=1e-6)
 
 
 def test_of_two_that_slip_past_each_other_neither_counts_on_what_the_other_has_not_seen(make_swarm):
