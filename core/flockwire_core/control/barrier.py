@@ -51,6 +51,8 @@ class Approach(NamedTuple):
         own, speed = -(x * vx + y * vy + z * vz), hypot(vx, vy, vz)
         if gap <= 0.0:
             least = closing + min(-self.rate * gap, recovery)
+        elif max(speed, own + closing) * self.rate <= self.braking:  # both ways are linear
+            least = closing - self.rate * gap
         else:
             time = self.way(speed) / speed if speed > 0.0 and (own > 0.0 or closing <= 0.0) else 1.0 / self.rate
             slope = time + self.growth(own + closing) - self.growth(own)
@@ -116,7 +118,7 @@ def keep_clear(
     share = approach.half_space(normal, 0.5 * gap + min(max(0.5 * (needed - taken), -most), most))
     if space is None or share is None:
         return space or share
-    return max(space, share, key=lambda one: lack(one, approach.last))
+    return space if lack(space, approach.last) >= lack(share, approach.last) else share
 
 
 def lack(space: HalfSpace, velocity: Vector) -> float:
