@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import os
 import subprocess
 import sys
+from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
+
+import pytest
+from flockwire_core.wire.plan import Plan
+from flockwire_lab.process import Published
+from flockwire_lab.world import COLLECT_AFTER, World
 
 SWARM = """
 name = "chance"
@@ -58,3 +66,18 @@ def test_equal_seeds_give_equal_traces_and_others_do_not(tmp_path: Path) -> None
     first, other = flown(tmp_path, 1, 7, 8)
     assert flown(tmp_path, 2, 8, 7) == [other, first]  # in another order, too
     assert first != other
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_cycles_are_looked_for_rarely_during_a_flight_alone(make_plan: Callable[..., Plan], fails: bool) -> None:
+    usual, during = gc.get_threshold(), set[tuple[int, ...]]()
+
+    def tap(_: Published) -> None:
+        during.add(gc.get_threshold())
+        if fails:
+            raise BufferError
+
+    with pytest.raises(BufferError) if fails else nullcontext():
+        World(make_plan().swarm, 0, 0.1, tap=tap).run()
+    assert during == {(COLLECT_AFTER, *usual[1:])}
+    assert gc.get_threshold() == usual
