@@ -4,6 +4,7 @@ from collections import deque
 from dataclasses import dataclass
 
 from flockwire_core.domain.time import SECOND
+from flockwire_core.runtime.subscriptions import Rings
 from flockwire_core.wire.batch import Batch, Entry
 from flockwire_core.wire.codec import encode
 from flockwire_core.wire.inbox import attachment
@@ -44,7 +45,7 @@ class BufferedSession:
 
     def every(self, key, capacity):
         """Return a ring of at most `capacity`."""
-        return self.rings.setdefault(key, Ring(maxlen=capacity))
+        return Rings((self.rings.setdefault(key, Ring(maxlen=capacity)),))
 
     def put(self, key, payload, sequence, sent=T0):
         """Let a sample arrive."""

@@ -7,6 +7,7 @@ from flockwire_core.control.airframe.state import AirframeState
 from flockwire_core.domain.pose import LEVEL, Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.parameters import pilot_parameters
+from flockwire_core.pilot.pilot import NO_TELEMETRY
 from flockwire_core.pilot.tracked_body import OUTLIER, TrackedBody
 from flockwire_core.wire.phase import Phase
 
@@ -55,7 +56,7 @@ def test_a_place_that_it_cannot_have_reached_is_never_confirmed(body, place):
         assert not body.take(pose(x, 0.01 * k, y=y, z=z), Phase.FORMATION)
     assert body.why.startswith("jumped by")
     assert not body.take(pose(0.0, 6.0), Phase.LANDING)  # nor does it come back by poses that were wrong
-    body.look(None, None, Phase.GROUNDED, SEEN_AT + 7 * SECOND)
+    body.look(None, NO_TELEMETRY, Phase.GROUNDED, SEEN_AT + 7 * SECOND)
     assert body.why == ""
     assert body.take(pose(5.0, 7.0), Phase.GROUNDED)  # a person carries it
 
