@@ -127,8 +127,8 @@ def test_a_study_continues_where_it_stopped_and_ends_like_one_in_a_single_call(
     assert (tmp_path / "parts" / "study.json").read_bytes() == (tmp_path / "whole" / "study.json").read_bytes()
     assert len({(r.point, r.run) for r in lines(tmp_path / "whole")}) == 4
     assert (tmp_path / "whole" / "study.html").exists()
-    assert "director: takes off" in (tmp_path / "whole" / "coverage.txt").read_text()
-    assert all(run.marks["director: takes off"] == 1 for run in lines(tmp_path / "whole"))
+    assert "order: takeoff" in (tmp_path / "whole" / "coverage.txt").read_text()
+    assert all(run.events["order: takeoff"] == 1 for run in lines(tmp_path / "whole"))
     assert {p.name for p in (tmp_path / "whole").glob("*.png")} == {"success.png", "distributions.png"}
     again_by_its_seed(tmp_path / "whole")
 
