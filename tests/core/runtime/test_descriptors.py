@@ -2,7 +2,6 @@
 
 import os
 import resource
-import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +9,7 @@ from pathlib import Path
 import pytest
 import tomli_w
 import waiting
+from fleet import free_ports
 from flockwire_core.runtime.descriptors import MOST
 
 OPEN = """
@@ -58,10 +58,7 @@ with Session(plan, "gateway", keys) as gateway:
 
 def test_connections_without_any_key_do_not_keep_an_operator_out(keys, swarm_table, tmp_path):
     file = tmp_path / "swarm.toml"
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    file.write_text(tomli_w.dumps(swarm_table({"network.base_port": port})))
+    file.write_text(tomli_w.dumps(swarm_table({"network.base_port": free_ports()})))
     _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     subprocess.run(
         [sys.executable, "-c", SILENT, str(file), str(keys)],

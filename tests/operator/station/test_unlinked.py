@@ -1,10 +1,9 @@
 """An order that reaches nobody names the cause."""
 
 import asyncio
-import socket
-from contextlib import closing
 
 import pytest
+from fleet import free_ports
 from flockwire_core import clock
 from flockwire_core.domain.time import SECOND
 from flockwire_core.ground import delivery as core
@@ -18,9 +17,7 @@ from flockwire_operator.station.giving import why_unlinked
 @pytest.fixture
 def base():
     """Return a base port with free ports round it."""
-    with closing(socket.socket()) as claimed:
-        claimed.bind(("127.0.0.1", 0))
-        return min(claimed.getsockname()[1], 60000)
+    return free_ports()
 
 
 @pytest.fixture
