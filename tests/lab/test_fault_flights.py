@@ -85,6 +85,11 @@ def test_what_went_wrong_once(seed: int) -> None:
 @pytest.mark.parametrize(
     "seed",
     [
+        pytest.param(
+            320390,
+            id="without poses beneath one that its driver lands",
+            marks=pytest.mark.xfail(strict=True, reason="0.187 m, since orders that take up pass the gateway"),
+        ),
         pytest.param(321151, id="without poses between two that land"),
         pytest.param(320093, id="a pilot that wakes up in the take-off of before"),
         pytest.param(322183, id="a Tello that takes off as the flight ends, its driver frozen"),
