@@ -67,6 +67,14 @@ def next_deadline(deadline: int, now: int, period: int) -> int:
     return deadline + period if now < deadline + period <= now + 2 * period else now + period
 
 
+def is_due(deadline: int, now: int, period: int) -> bool:
+    """Return whether a periodic task is due at `now`, also after swarm time was set back below its last deadline.
+
+    For what runs on swarm time itself, beside cores: a core's time never goes back.
+    """
+    return now >= deadline or now < deadline - period
+
+
 class StatusPublisher:
     """Publishes the status of the process `identity` ten times a second, and logs changes of its state.
 
@@ -91,7 +99,7 @@ class StatusPublisher:
 
     def due(self, now: int) -> bool:
         """Return whether the next status is due."""
-        return now >= self.deadline
+        return is_due(self.deadline, now, STATUS_PERIOD)
 
     def update(self, now: int, report: Report, counts: StepCounts, rejected: Counts) -> None:
         """Publish the status, and log a new state."""

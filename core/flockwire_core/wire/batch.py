@@ -52,7 +52,7 @@ class BatchBuilder:
 
     def is_due(self, now: int) -> bool:
         """Return whether the batch is to be sent at `now` (Unix ns)."""
-        return bool(self._entries) and now - self._entries[0].sent >= PERIOD
+        return bool(self._entries) and not 0 <= now - self._entries[0].sent < PERIOD  # or swarm time was set back
 
     def take(self, now: int) -> Batch:
         """Return the batch, sent at `now` (Unix ns), and begin the next one."""

@@ -127,6 +127,8 @@ class Inbox:
             return self._reject("malformed")
         if self.ahead:
             message = shifted(message, self.ahead)
+        if self._newest > now + self._ahead:  # swarm time was set back, and whoever reads has no time of its own
+            self._newest = 0
         stamp, same = message.stamp, publisher == self._publisher
         last = self._sequence if same else self._sequences.get(publisher, sequence - 1)
         missed = sequence - last - 1

@@ -11,7 +11,7 @@ from flockwire_core.domain.motion import Estimate
 from flockwire_core.domain.pose import LEVEL, Pose
 from flockwire_core.domain.quaternion import conjugate, rotate
 from flockwire_core.domain.time import SECOND
-from flockwire_core.process.stepping import next_deadline
+from flockwire_core.process.stepping import is_due, next_deadline
 from flockwire_core.ros.messages import Transform, battery, diagnostic, diagnostics, odometry, transforms
 from flockwire_core.wire.codec import Message, encode
 from flockwire_core.wire.keys import Key
@@ -78,10 +78,10 @@ class Mirror:
         if self._moved:
             due.append((TF, transforms(self._names.world, self._moved)))
             self._moved = []
-        if now >= self._next_picture:
+        if is_due(self._next_picture, now, PICTURE_PERIOD):
             self._next_picture = next_deadline(self._next_picture, now, PICTURE_PERIOD)
             due.append((MARKER_ARRAY, self._picture.markers(now)))
-        regular = now >= self._next_health
+        regular = is_due(self._next_health, now, HEALTH_PERIOD)
         if regular:
             self._next_health = next_deadline(self._next_health, now, HEALTH_PERIOD)
         if self._health.changed(now) or regular:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import pytest
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.process.cores import Ground
-from flockwire_core.process.stepping import Stepper, next_deadline, tick_period
+from flockwire_core.process.stepping import Stepper, is_due, next_deadline, tick_period
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.inbox import Inbox
 from flockwire_core.wire.keys import ROWS, Key
@@ -32,10 +32,16 @@ StepsOf = Callable[[Iterable[int], int], list[int]]
         pytest.param(1099, 1100, id="late"),
         pytest.param(1100, 1200, id="a whole period late"),
         pytest.param(5000, 5100, id="far too late: nothing is made up for"),
+        pytest.param(200, 300, id="the clock was set back"),
     ],
 )
 def test_the_next_deadline(now: int, following: int) -> None:
     assert next_deadline(1000, now, PERIOD) == following
+
+
+@pytest.mark.parametrize(("now", "due"), [(1000, True), (999, False), (900, False), (899, True), (5000, True)])
+def test_a_task_is_due_at_its_deadline_and_when_the_clock_was_set_back(now: int, due: bool) -> None:
+    assert is_due(1000, now, PERIOD) is due
 
 
 class Pose(NamedTuple):

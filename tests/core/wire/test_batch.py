@@ -66,6 +66,7 @@ def test_a_batch_is_due_a_period_after_its_first_message_and_full_before_it_is_t
     assert not builder.add(Entry("uav1/pose", 0, NOW, b"x" * 100))
     assert not builder.is_due(NOW + PERIOD - 1)
     assert builder.is_due(NOW + PERIOD)
+    assert builder.is_due(NOW - 1)  # swarm time was set back
     assert len(builder.take(NOW).entries) == 1
     assert not builder.is_due(NOW + PERIOD)
     added = 1

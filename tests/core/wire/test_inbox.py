@@ -205,6 +205,11 @@ def test_a_stamp_ahead_blocks_its_key_for_no_longer_than_clocks_may_differ(inbox
     assert inbox.accept(pose(NOW + AHEAD), attachment(6, NOW, US, POSE), NOW + AHEAD)
 
 
+def test_a_clock_that_was_set_back_blocks_no_key_for_longer_than_clocks_may_differ(inbox):
+    hour = 3600 * SECOND
+    assert inbox.accept(pose(NOW - hour), attachment(6, NOW - hour, US, POSE), NOW - hour)
+
+
 def test_a_number_far_ahead_is_no_flood_of_missed_messages():
     inbox, gaps = inbox_of(POSE), 0
     for k in range(4):
