@@ -22,7 +22,6 @@ from flockwire_core.process.cores import Ground, Start, Store
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.cdr import MessageError
 from flockwire_core.wire.codec import Message, decode, encode
-from flockwire_core.wire.inbox import shifted
 from flockwire_core.wire.keys import MISSION, PROPOSAL, Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.processes import Roster
@@ -118,7 +117,7 @@ class GatewayCore(Ground):
             detail = self._unseen(lost, now)
         latency = median(self._latencies) / SECOND if self._latencies else -1.0
         return Report(
-            phase, detail, mission=self._order_in_swarm_time(), latency=latency,
+            phase, detail, mission=self._log.order, latency=latency,
             counts=(*state.counts, *self._log.counts), order_age=self._log.age(now),
         )  # fmt: skip
 
@@ -134,13 +133,9 @@ class GatewayCore(Ground):
     def _keep(self) -> None:
         """Keep the order in force for a restart, and publish it in the next step."""
         self._repeat_at = 0
-        order = self._order_in_swarm_time()
-        if order is not None and self._store is not None:
-            self._store.write(encode(order))
-
-    def _order_in_swarm_time(self) -> Mission | None:
         order = self._log.order
-        return shifted(order, -order.ahead) if order is not None and order.ahead else order  # type: ignore[return-value]
+        if order is not None and self._store is not None:
+            self._store.write(encode(order.shift(-order.ahead)))
 
     def _take_status(self, status: Status, now: int) -> None:
         """Keep a drone whose pilot uses its poses no more at its last place, as a lost body."""

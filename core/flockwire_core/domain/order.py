@@ -62,6 +62,15 @@ class Mission(NamedTuple):
         """The version of this order."""
         return Version(self.stamp, self.giver)
 
+    def shift(self, by: int) -> Mission:
+        """Return it with its times moved by `by` ns; its stamp is its name, and stays."""
+        change = self.change
+        return self._replace(
+            ahead=self.ahead + by,
+            start=self.start + by if self.start else 0,
+            change=change._replace(begin=change.begin + by) if change is not None else None,
+        )
+
     @property
     def given(self) -> int:
         """When it was given, in its receiver's time, ns."""

@@ -161,16 +161,11 @@ class Inbox:
 
 
 def shifted(message: Message, by: int) -> Message:
-    """Return `message` with its times moved by `by` ns; the stamp of an order is its name, and stays."""
-    if not isinstance(message, Mission):
-        moved: Message = message._replace(stamp=message.stamp + by)  # type: ignore[attr-defined]
-        return moved
-    change = message.change
-    return message._replace(
-        ahead=message.ahead + by,
-        start=message.start + by if message.start else 0,
-        change=change._replace(begin=change.begin + by) if change is not None else None,
-    )
+    """Return `message` with its times moved by `by` ns."""
+    if isinstance(message, Mission):
+        return message.shift(by)
+    moved: Message = message._replace(stamp=message.stamp + by)  # type: ignore[attr-defined]
+    return moved
 
 
 class Input(ABC):

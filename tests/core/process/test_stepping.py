@@ -8,13 +8,17 @@ from random import Random
 from typing import NamedTuple
 
 import pytest
+from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.process.cores import Ground
-from flockwire_core.process.stepping import Stepper, is_due, next_deadline, tick_period
+from flockwire_core.process.stepping import StatusPublisher, StepCounts, Stepper, is_due, next_deadline, tick_period
+from flockwire_core.process.timekeeping import timekeeping
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.inbox import Inbox
 from flockwire_core.wire.keys import ROWS, Key
-from flockwire_core.wire.status import Report
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.status import Report, Status
+from flockwire_lab.process import NoResources
 
 pytestmark = pytest.mark.sources  # its swarm time and inputs are of Python
 PERIOD = 100
@@ -258,3 +262,16 @@ def test_a_clock_that_is_set_back_takes_no_time_back_and_delays_no_step(
     assert core.steps == sorted(core.steps)
     assert core.steps[-1] - core.steps[0] == pytest.approx(2 * SECOND, abs=SECOND // 10)
     assert published[-1] == pytest.approx(stamps[-1], abs=SECOND // 10)
+
+
+def test_a_status_has_its_order_in_swarm_time(make_plan: Callable[..., Plan]) -> None:
+    published: list[Status] = []
+    plan = make_plan()
+    status = StatusPublisher(
+        "world", "uav1", lambda messages: published.extend(message for _, message in messages),  # type: ignore[misc]
+        NoResources(), timekeeping(plan, "uav1", lambda _: None), lambda _: None,
+    )  # fmt: skip
+    status.ahead = 60 * SECOND
+    order = Mission(T0, "world", "start", T0 + SECOND)
+    status.update(T0 + 60 * SECOND, Report("hold", mission=order.shift(60 * SECOND)), StepCounts(), ())
+    assert (published[0].stamp, published[0].report.mission) == (T0, order)
