@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from math import dist, inf, isfinite
 from typing import TYPE_CHECKING, Any
@@ -10,14 +10,15 @@ from typing import TYPE_CHECKING, Any
 from flockwire_core.domain.motion import Estimate, Leading
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.signals import Signals
+from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add
-from flockwire_core.law import Decision, Observation, Reference
+from flockwire_core.law import Decision, Heard, Observation, Place
 from flockwire_core.own_law import make_law
 from flockwire_core.parameters import auction_parameters, law_settings, pilot_parameters
 from flockwire_core.pilot.neighbourhood import Neighbourhood
 from flockwire_core.pilot.orders import flown_place, is_known
 from flockwire_core.pilot.pilot import Pilot, shown
-from flockwire_core.pilot.place import Place
+from flockwire_core.pilot.place import Place as WaitingPlace
 from flockwire_core.process.cores import Core, Start
 from flockwire_core.process.stopwatch import Stopwatch
 from flockwire_core.swarm.laws import law_object
@@ -61,7 +62,7 @@ class AgentCore:
             frozenset(j for j in neighbours if filtered and depths[j] < depths[number]),
             parameters.limits.speed,
         )
-        self._reference: Reference | None = None  # the place to fly in the formation, None in any other phase
+        self._reference: Place | None = None  # the place to fly in the formation, None in any other phase
         self._flown: Mission | None = None  # its order
         self._held: int | None = None  # the place that it holds by an auction, of that order
         self._auction: PlaceAuction | None = None
@@ -69,7 +70,7 @@ class AgentCore:
             from flockwire_agent.place_auction import PlaceAuction  # noqa: PLC0415  (few swarms have an auction)
 
             self._auction = PlaceAuction(auction_parameters(swarm), number, self._frame, pilot.born)
-            self._waiting = Place(parameters)  # where it waits for a place
+            self._waiting = WaitingPlace(parameters)  # where it waits for a place
         self._judged: tuple[Observation, Decision] | None = None  # the formation of the error
         self._take: dict[Key, Callable[[Any], None]] = {  # handlers of messages, by key
             **{Key("pose", uav(j)): self._neighbourhood.take_pose(j) for j in neighbours},
@@ -102,9 +103,8 @@ class AgentCore:
             self._refer(phase)
         else:
             self._refer_by(self._auction, phase)
-        observation = Observation(pilot.dt, pilot.stamp, pilot.motion, estimates, pilot.bodies, self._reference)
-        decision = self._obey(observation, now)
-        estimate, wanted = decision.estimate, decision.velocity
+        decision = self._obey(self._observation(estimates, now))
+        estimate, wanted = decision.message, self._law.command
         if self._auction is not None and phase is Phase.FORMATION and self._reference is None:
             wanted = self._wait()
         messages = pilot.command(wanted, now)
@@ -153,7 +153,7 @@ class AgentCore:
         elif self._reference is None or mission is not self._flown:
             self._flown = mission
             formation, index = flown_place(self._formations, mission, self._rank, self._held)
-            self._reference = Reference(formation, index, mission.start)
+            self._reference = Place(formation, index, mission.start)
 
     def _refer_by(self, auction: PlaceAuction, phase: Phase) -> None:
         """Set the place as `_refer` does: that which it holds in a formation with an auction; without one, none."""
@@ -165,6 +165,15 @@ class AgentCore:
         if phase is not Phase.FORMATION or self._reference is not None:
             self._waiting.forget()
 
+    def _observation(self, heard: Sequence[Heard], now: int) -> Observation:
+        """Return what the law observes."""
+        pilot, place, motion = self._pilot, self._reference, self._pilot.motion
+        position, velocity = (None, None) if motion is None else (motion.position, motion.velocity)
+        t = (now - place.start) / SECOND if place is not None else 0.0
+        return Observation(
+            t, pilot.dt, pilot.stamp, position, velocity, (), (), pilot.bodies, heard, (), place, None, now, motion
+        )
+
     def _wait(self) -> Vector:
         """Return the velocity, m/s, that keeps the drone where it began to wait for a place."""
         pilot = self._pilot
@@ -172,10 +181,10 @@ class AgentCore:
             return ZERO
         return self._waiting.velocity(Phase.HOLD, pilot.motion.position, pilot.bodies)
 
-    def _obey(self, observation: Observation, now: int) -> Decision:
+    def _obey(self, observation: Observation) -> Decision:
         """Return the law's decision; a law that raises is not called again before the next order."""
         self._judged = None
-        decision = self._law.step(observation, now)
+        decision = self._law.step(observation)
         if decision is None:
             return Decision()
         self._judged = observation, decision
@@ -186,10 +195,12 @@ class AgentCore:
         if self._judged is None:
             return None
         observation, decision = self._judged
-        if decision.estimate is None or observation.motion is None or observation.reference is None:
+        place, leader = observation.place, decision.message
+        if leader is None or observation.motion is None or place is None:
             return None
-        place = add(observation.reference.offset(observation.stamp), decision.estimate.position)
-        return place if all(map(isfinite, place)) else None
+        offset = place.offset((observation.stamp - place.start) / SECOND)
+        goal = add(offset, leader.position)
+        return goal if all(map(isfinite, goal)) else None
 
     def _error(self, place: Vector | None) -> float:
         """Return the formation error |x_i − h_i − eta_i| of the last step, m; -1 when there is none."""

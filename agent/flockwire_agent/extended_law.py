@@ -13,13 +13,12 @@ from flockwire_core.control.around.bent_place import BentPlace
 from flockwire_core.control.around.sidestep import Sidestep
 from flockwire_core.control.around.way_of_mover import WayOfMover
 from flockwire_core.control.around.way_round import WayRound
-from flockwire_core.control.graph import LEADER
 from flockwire_core.control.leader_track import LeaderTrack
 from flockwire_core.control.observer import relay_step
 from flockwire_core.domain.motion import LeaderMotion, Motion
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
-from flockwire_core.law import Decision, LawSettings, NeighbourEstimate, Observation, Reference
+from flockwire_core.law import RELAYING, Decision, Heard, LawSettings, Observation, Place, leader_of
 
 SIDE_SWITCH_TIME = 3.0  # s without progress after which a drone changes the side; each drone adds its own share
 
@@ -27,6 +26,8 @@ SIDE_SWITCH_TIME = 3.0  # s without progress after which a drone changes the sid
 @mypyc_attr(allow_interpreted_subclasses=True)
 class ExtendedLaw:
     """The extended law for one follower."""
+
+    information = RELAYING
 
     def __init__(self, settings: LawSettings) -> None:
         self._gain, self._speed = settings.protocol.formation_gain, settings.speed
@@ -44,20 +45,21 @@ class ExtendedLaw:
         self._mover = WayOfMover(settings.detour)
         self._sidestep = Sidestep(settings.sidestep, patience)
 
-    def step(self, observation: Observation, now: int) -> Decision:
+    def step(self, observation: Observation) -> Decision:
         """Relay the leader's motion, then track the place in the formation."""
+        now = observation.now
         self._epoch = self._epoch or now
-        self._begin(observation.reference)
+        self._begin(observation.place)
         leader = self._observe(observation, now)
         if leader is None:
             return Decision()
-        if observation.motion is None or observation.reference is None:
+        if observation.motion is None or observation.place is None:
             return Decision(ZERO, leader)
-        forward, error = self._tracking(observation, leader, observation.reference, now)
+        forward, error = self._tracking(observation, leader, observation.place, now)
         seconds = (now - self._epoch) / SECOND
         return Decision(self._around(observation, observation.motion, forward, error, seconds), leader)
 
-    def _begin(self, place: Reference | None) -> None:
+    def _begin(self, place: Place | None) -> None:
         """Forget the leader's motion as a formation begins: the end of its take-off would count for 3 T as a fall."""
         if place is not None and self._waits and place.start != self._start:
             self._track, self._start = LeaderTrack(self._time_constant), place.start
@@ -79,9 +81,7 @@ class ExtendedLaw:
         return self._mover.left(wanted, error, bodies, subtract(motion.stopping, motion.position))
 
     def _observe(self, observation: Observation, now: int) -> LeaderMotion | None:
-        estimates = [
-            (one.weight, self._motion(one).after((now - one.stamp) / SECOND)) for one in observation.neighbour_estimates
-        ]
+        estimates = [(one.weight, self._motion(one).after((now - one.stamp) / SECOND)) for one in observation.heard]
         if self._leader is None:
             if not estimates:
                 return None
@@ -89,20 +89,21 @@ class ExtendedLaw:
         self._leader = relay_step(self._leader, estimates, self._observer, observation.dt)
         return self._leader
 
-    def _motion(self, estimate: NeighbourEstimate) -> LeaderMotion:
-        if estimate.number != LEADER:
-            return estimate.motion
-        return self._track.update(estimate.motion.position, (estimate.stamp - self._epoch) / SECOND)
+    def _motion(self, estimate: Heard) -> LeaderMotion:
+        if not estimate.leads:
+            return leader_of(estimate)
+        return self._track.update(leader_of(estimate).position, (estimate.stamp - self._epoch) / SECOND)
 
     def _tracking(
-        self, observation: Observation, leader: LeaderMotion, place: Reference, now: int
+        self, observation: Observation, leader: LeaderMotion, place: Place, now: int
     ) -> tuple[Vector, Vector]:
         """Return the feed-forward u_r and the error y − y_r."""
         assert observation.motion is not None  # noqa: S101  (the caller looked)
         ahead = now + round(self._dead_time * SECOND)
-        before, after = place.rate(ahead), place.rate(ahead + self._period)
+        t = (ahead - place.start) / SECOND
+        before, after = place.rate(t), place.rate((ahead + self._period - place.start) / SECOND)
         there = leader.after(self._dead_time)
-        goal = add(place.offset(ahead), there.position)
+        goal = add(place.offset(t), there.position)
         error = subtract(observation.motion.stopping, stopping_reference(goal, add(before, there.velocity), self._lag))
         # The command lasts one period, so it is evaluated at the middle of the period.
         rate = add(scale(add(before, after), 0.5), leader.after(self._dead_time + 0.5 * self._hold).velocity)

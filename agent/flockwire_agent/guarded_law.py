@@ -6,6 +6,7 @@ import logging
 import traceback
 from collections.abc import Callable
 
+from flockwire_core.domain.vector import ZERO
 from flockwire_core.law import Decision, Law, Observation, check_decision
 from flockwire_core.process.stopwatch import Stopwatch
 from flockwire_core.wire.status import LAW_FAILED, Reason
@@ -20,9 +21,10 @@ class GuardedLaw:
     def __init__(self, make: Callable[[], Law], name: str, stopwatch: Stopwatch | None = None) -> None:
         self._make, self._name, self._stopwatch = make, name, stopwatch
         self._law = make()
+        self.command = ZERO  # of the last decision
         self.failure: Reason | None = None  # the law's error, None without one
 
-    def step(self, observation: Observation, now: int) -> Decision | None:
+    def step(self, observation: Observation) -> Decision | None:
         """Return the law's decision; None if it failed."""
         if self.failure is not None:
             return None
@@ -30,10 +32,10 @@ class GuardedLaw:
         try:
             if stopwatch is not None:
                 stopwatch.begin()
-            decision = self._law.step(observation, now)
+            decision = self._law.step(observation)
             if stopwatch is not None:
                 stopwatch.end()
-            check_decision(decision)
+            self.command = check_decision(decision)
         except Exception as error:
             self._failed(error)
             return None

@@ -9,8 +9,9 @@ from flockwire_core.control.observer import ObserverParameters, explicit_step, i
 from flockwire_core.control.potential import repulsion
 from flockwire_core.control.protocol import control_input
 from flockwire_core.domain.motion import LeaderMotion
+from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector
-from flockwire_core.law import Decision, LawSettings, Observation
+from flockwire_core.law import RELAYING, Decision, LawSettings, Observation, leader_of
 
 ObserverStep = Callable[[Vector, Sequence[tuple[float, Vector]], ObserverParameters, float], Sequence[float]]
 
@@ -19,6 +20,8 @@ ObserverStep = Callable[[Vector, Sequence[tuple[float, Vector]], ObserverParamet
 class PaperLaw:
     """(8) and (9) for one follower; `observe` is a step of another observer, with the arguments of `implicit_step`."""
 
+    information = RELAYING
+
     def __init__(self, settings: LawSettings, observe: ObserverStep | None = None) -> None:
         self._settings = settings
         self._observe = observe or (explicit_step if settings.explicit_observer else implicit_step)
@@ -26,13 +29,14 @@ class PaperLaw:
         self._velocity = ZERO
         self._observed = 0  # the stamp of the newest estimate
 
-    def step(self, observation: Observation, now: int) -> Decision:
+    def step(self, observation: Observation) -> Decision:
         """One step of (8), then u_i of (9)."""
         leader = self._advance(observation)
         if leader is None:
             return Decision()
-        self._observed = max(self._observed, observation.stamp if observation.motion is not None else now)
-        return Decision(self._track(observation, leader), LeaderMotion(leader, self._velocity), self._observed)
+        self._observed = max(self._observed, observation.stamp if observation.motion is not None else observation.now)
+        motion = LeaderMotion(leader, self._velocity)
+        return Decision(self._track(observation, leader), motion, stamp=self._observed)
 
     def _advance(self, observation: Observation) -> Vector | None:
         """One step of (8); the first guess is the drone's own position."""
@@ -41,7 +45,7 @@ class PaperLaw:
                 return None
             self._leader = observation.motion.position
         previous, settings, dt = self._leader, self._settings, observation.dt
-        estimates = [(one.weight, one.motion.position) for one in observation.neighbour_estimates]
+        estimates = [(one.weight, leader_of(one).position) for one in observation.heard]
         x, y, z = self._observe(previous, estimates, settings.observer, dt)
         self._leader = (float(x), float(y), float(z))  # another observer may return an array
         if dt > 0.0:
@@ -51,8 +55,10 @@ class PaperLaw:
 
     def _track(self, observation: Observation, leader: Vector) -> Vector:
         """Return u_i of (9) at the time of the pose."""
-        if observation.motion is None or observation.reference is None:
+        place = observation.place
+        if observation.motion is None or place is None:
             return ZERO
-        offset, rate = observation.reference.offset(observation.stamp), observation.reference.rate(observation.stamp)
+        t = (observation.stamp - place.start) / SECOND
+        offset, rate = place.offset(t), place.rate(t)
         push = repulsion(observation.bodies, self._settings.potentials)
         return control_input(observation.motion.position, offset, rate, leader, push, self._settings.protocol)

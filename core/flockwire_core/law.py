@@ -1,13 +1,15 @@
 """The interface of a control law; your own law needs no other module of flockwire (docs/own_law.md).
 
-A law is pure: an observation and the time go in, a velocity and an estimate come out. It reads no clock, does no input
-or output and draws no random numbers; it may keep state from step to step. `[control] law = "package.module:ClassName"`
-flies any class of this form. Positions are m, velocities m/s, world frame (ENU); times are Unix ns.
+A law declares its `information`, the class attribute from which follows all that it can see and send. It is pure: an
+observation goes in, a command and a message come out. It reads no clock, does no input or output and draws no random
+numbers; it may keep state from step to step. `[control] law = "package.module:ClassName"` flies any class of this form.
+Positions are m, velocities m/s, world frame (ENU); times are Unix ns.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from enum import Enum, IntFlag
 from math import inf
 from typing import Any, Final, NamedTuple, Protocol
 
@@ -27,9 +29,9 @@ from flockwire_core.domain.vector import ZERO, Vector, add, distance, limit, nor
 from flockwire_core.swarm.tables import Finite, NotNegative, Parameters, Positive
 
 __all__ = [
-    "SECOND", "ZERO", "Body", "BodyKind", "Decision", "Finite", "Law", "LawSettings", "LeaderMotion", "Motion",
-    "NeighbourEstimate", "NotNegative", "Observation", "Parameters", "Positive", "Reference", "Vector",
-    "add", "distance", "limit", "norm", "scale", "subtract",
+    "RELAYING", "SECOND", "ZERO", "Body", "BodyKind", "Decision", "Finite", "Heard", "Information", "Law",
+    "LawSettings", "LeaderMotion", "Motion", "NotNegative", "Observation", "Output", "Pace", "Parameters", "Place",
+    "Positive", "Seen", "Sense", "Vector", "add", "distance", "limit", "norm", "scale", "subtract",
 ]  # fmt: skip
 
 END_OF_TIME: Final = SECOND << 31  # Unix ns of the first stamp that a message cannot hold
@@ -55,110 +57,252 @@ class LawSettings(NamedTuple):
     detour: DetourParameters  # round bodies, and within the room (law "extended")
 
 
+class Sense(IntFlag):
+    """What is sensed of a drone; of another one it is relative to the own drone, in world axes."""
+
+    NOTHING = 0
+    BEARING = 1
+    DISTANCE = 2
+    POSITION = 4
+    VELOCITY = 8
+
+
+class Output(Enum):
+    """What three numbers of a command are: m/s or m/s^2, world axes."""
+
+    VELOCITY = "velocity"
+    ACCELERATION = "acceleration"
+
+
+class Pace(Enum):
+    """How the messages of a law travel."""
+
+    STEP = "the newest counts"
+    ROUND = "every one arrives, in order, none skipped"
+    EVENT = "silence is normal, the last one is kept"
+
+
+class Information(NamedTuple):
+    """What a law may know and says: gateway, access control, recorder, probe and `check` follow from it."""
+
+    neighbours: Sense = Sense.NOTHING  # relative, of each drone with an edge to this one
+    around: Sense = Sense.NOTHING  # of whoever is within `radius`, without an edge; anything: `bodies` too
+    radius: float = 0.0  # m
+    named: bool = False  # those around have their numbers
+    own: Sense = Sense.NOTHING  # POSITION | VELOCITY of the own drone; the pilot sees all
+    output: Output = Output.VELOCITY
+    message: type | None = None  # a NamedTuple of floats, ints, fixed tuples of them
+    pace: Pace = Pace.STEP
+    silence: float = 0.3  # s, after which a neighbour counts as lost
+    leaders: tuple[int, int] = (0, 0)  # least, most
+    directed: bool = True  # False: the graph must be symmetric
+    signed: bool = False  # weights of both signs are taken
+    planar: bool = False  # the pilot holds the height
+    deadline: float = 0.0  # s, of `plan`, computed aside
+
+
 @mypyc_attr(acyclic=True)
-class NeighbourEstimate(Record):
-    """One in-neighbour's estimate of the leader; the leader itself, `number` 0, has only a position."""
+class Seen(Record):
+    """A drone that is seen, relative to the own drone; what the law does not declare is None.
 
-    __slots__ = ("number", "weight", "stamp", "motion")
+    `number` is -1 unless it is known, `weight` w_ij (0 without an edge); `leads`: it is a leader; `bearing` is a unit
+    vector, `distance` m, `position` m, `velocity` m/s; `age` s of the measurement behind it.
+    """
 
-    def __init__(self, number: int, weight: float, stamp: int, motion: LeaderMotion) -> None:
+    __slots__ = ("number", "weight", "leads", "bearing", "distance", "position", "velocity", "age")
+
+    def __init__(
+        self,
+        number: int = -1,
+        weight: float = 0.0,
+        leads: bool = False,
+        bearing: Vector | None = None,
+        distance: float | None = None,
+        position: Vector | None = None,
+        velocity: Vector | None = None,
+        age: float = 0.0,
+    ) -> None:
+        self.number: Final = number
+        self.weight: Final = weight
+        self.leads: Final = leads
+        self.bearing: Final = bearing
+        self.distance: Final = distance
+        self.position: Final = position
+        self.velocity: Final = velocity
+        self.age: Final = age
+
+
+@mypyc_attr(acyclic=True)
+class Heard(Record):
+    """A message of an in-neighbour: its `content`, valid for the time `stamp`, the `sequence`-th that it sent."""
+
+    __slots__ = ("number", "weight", "leads", "stamp", "sequence", "content")
+
+    def __init__(self, number: int, weight: float, leads: bool, stamp: int, sequence: int, content: Any) -> None:  # noqa: ANN401
         self.number: Final = number
         self.weight: Final = weight  # w_ij
-        self.stamp: Final = stamp  # the time for which it is valid
-        self.motion: Final = motion
+        self.leads: Final = leads
+        self.stamp: Final = stamp  # Unix ns
+        self.sequence: Final = sequence  # from 1 on
+        self.content: Final = content  # of the type that the law declares
 
 
 @mypyc_attr(acyclic=True)
-class Reference(Record):
-    """The place in the formation: `offset` h_i and `rate` h_i' at any time."""
+class Place(Record):
+    """The place in the formation: h_i and h_i' at `t` s since time 0 of the formation's order."""
 
-    __slots__ = ("formation", "rank", "start")
+    __slots__ = ("formation", "rank", "start", "ranks")
 
-    def __init__(self, formation: Formation, rank: int, start: int) -> None:
+    def __init__(self, formation: Formation, rank: int, start: int = 0, ranks: Mapping[int, int] | None = None) -> None:
         self.formation: Final = formation
         self.rank: Final = rank
-        self.start: Final = start  # time 0 of the formation
+        self.start: Final = start  # time 0, Unix ns
+        self.ranks: Final = ranks or {}  # of the in-neighbours in the formation; a leader has none, its offset is zero
 
-    def offset(self, when: int) -> Vector:
+    def offset(self, t: float) -> Vector:
         """Return h_i, m."""
-        return self.formation.offset(self.rank, (when - self.start) / SECOND)
+        return self.formation.offset(self.rank, t)
 
-    def rate(self, when: int) -> Vector:
+    def rate(self, t: float) -> Vector:
         """Return h_i', m/s."""
-        return self.formation.offset_rate(self.rank, (when - self.start) / SECOND)
+        return self.formation.offset_rate(self.rank, t)
+
+    def to(self, j: int, t: float) -> Vector:
+        """Return h_i - h_j of the in-neighbour j, m."""
+        rank = self.ranks.get(j)
+        own = self.formation.offset(self.rank, t)
+        return own if rank is None else subtract(own, self.formation.offset(rank, t))
 
 
 @mypyc_attr(acyclic=True)
 class Observation(Record):
-    """The input of a law at one step."""
+    """The input of a law at one step; what it does not declare is None or empty."""
 
-    __slots__ = ("dt", "stamp", "motion", "neighbour_estimates", "bodies", "reference")
+    __slots__ = (
+        "t", "dt", "stamp", "position", "velocity", "neighbours", "around", "bodies", "heard", "news", "place", "plan",
+        "now", "motion",
+    )  # fmt: skip
 
     def __init__(
         self,
-        dt: float,
-        stamp: int,
-        motion: Motion | None,
-        neighbour_estimates: Sequence[NeighbourEstimate],
-        bodies: Sequence[Body],
-        reference: Reference | None,
+        t: float = 0.0,
+        dt: float = 0.0,
+        stamp: int = 0,
+        position: Vector | None = None,
+        velocity: Vector | None = None,
+        neighbours: Sequence[Seen] = (),
+        around: Sequence[Seen] = (),
+        bodies: Sequence[Body] = (),
+        heard: Sequence[Heard] = (),
+        news: Sequence[Heard] = (),
+        place: Place | None = None,
+        plan: Any = None,  # noqa: ANN401
+        now: int = 0,
+        motion: Motion | None = None,
     ) -> None:
+        self.t: Final = t  # s since time 0 of the formation's order, 0 outside the formation phase
         self.dt: Final = dt  # s since the last step
-        self.stamp: Final = stamp  # of the own pose
-        self.motion: Final = motion  # position, velocity and stopping point; None while the drone's pose is stale
-        self.neighbour_estimates: Final = neighbour_estimates  # only fresh ones
-        self.bodies: Final = bodies  # nearby bodies, relative to the drone
-        self.reference: Final = (
-            reference  # None outside the formation phase, or without a place: the velocity is not used
-        )
+        self.stamp: Final = stamp  # of the own pose, Unix ns
+        self.position: Final = position  # of the own drone, m; None while its pose is stale
+        self.velocity: Final = velocity  # likewise, m/s
+        self.neighbours: Final = neighbours  # in-neighbours that are freshly seen
+        self.around: Final = around  # whoever is within the radius
+        self.bodies: Final = bodies  # anonymous drones, obstacles, people, relative to the own drone
+        self.heard: Final = heard  # the newest message of each in-neighbour that is not silent
+        self.news: Final = news  # all messages since the last step, in order
+        self.place: Final = place  # None outside the formation phase, or without a place: the command is not used
+        self.plan: Final = plan  # the newest result of `plan` that counts already
+        self.now: Final = now  # Unix ns
+        self.motion: Final = motion  # of who sees all of its own drone: also the stopping point
 
 
 @mypyc_attr(acyclic=True)
 class Decision(Record):
-    """The output of a law: a velocity for the airframe and, for its subscribers, an estimate of the leader.
+    """The output of a law: a command for the airframe, a message for the out-neighbours, an error of its own measure.
 
-    `signals` are numbers by name that the trace keeps; no other drone receives them.
+    `command` is any three numbers; `message` None: nothing to send; `error` m, None: the law has none. `signals` are
+    numbers by name that the trace keeps; no other drone receives them.
     """
 
-    __slots__ = ("velocity", "estimate", "stamp", "signals")
+    __slots__ = ("command", "message", "error", "signals", "stamp")
 
     def __init__(
         self,
-        velocity: Vector = ZERO,
-        estimate: LeaderMotion | None = None,
-        stamp: int = 0,
+        command: Any = ZERO,  # noqa: ANN401
+        message: Any = None,  # noqa: ANN401
+        error: float | None = None,
         signals: Mapping[str, float] | None = None,
+        stamp: int = 0,
     ) -> None:
-        self.velocity: Final = velocity
-        self.estimate: Final = estimate  # None: nothing to publish
-        self.stamp: Final = stamp  # the time for which the estimate is valid; 0 means now
-        self.signals: Final = signals  # of your own law: None, nothing to record
+        self.command: Final = command
+        self.message: Final = message
+        self.error: Final = error
+        self.signals: Final = signals
+        self.stamp: Final = stamp  # Unix ns for which the message is valid; 0: now
 
 
 class Law(Protocol):
-    """A control law of one follower."""
+    """A control law of one follower; all but `step` may be missing.
+
+    Further methods: `plan(observation)`, computed aside, its result counts `information.deadline` after the
+    observation; `lead(t, motion) -> message` of a leader; `check(graph, places, parameters) -> (problems, notes,
+    predicted rates)`.
+    """
 
     def __init__(self, settings: LawSettings) -> None:
         """Start."""
 
-    def step(self, observation: Observation, now: int) -> Decision:
-        """Return the decision at `now`; called at the control rate, also on the ground."""
+    def step(self, observation: Observation) -> Decision:
+        """Return the decision; called at the control rate, also on the ground."""
 
 
-def check_decision(decision: object) -> None:
-    """Raise an error for a decision that cannot be flown, or that compiled code would not take."""
+RELAYING: Final = Information(  # of the laws that relay estimates of the leader from neighbour to neighbour
+    around=Sense.POSITION, own=Sense.POSITION | Sense.VELOCITY, message=LeaderMotion, leaders=(1, 1)
+)
+
+
+def leader_of(heard: Heard) -> LeaderMotion:
+    """Return the motion of the leader that a neighbour sent."""
+    motion: LeaderMotion = heard.content
+    return motion
+
+
+def three(numbers: Any) -> Vector:  # noqa: ANN401
+    """Return three finite numbers as a vector; raises ValueError or TypeError for anything else."""
+    if type(numbers) is tuple and len(numbers) == 3:
+        x, y, z = numbers
+        if type(x) is float and type(y) is float and type(z) is float and -inf < x + y + z < inf:
+            return (x, y, z)
+    found = () if isinstance(numbers, str | bytes) or numbers is None else tuple(numbers)
+    if len(found) != 3 or any(hasattr(one, "__len__") for one in found):
+        raise ValueError(f"must be three numbers, is {numbers!r}")
+    x, y, z = float(found[0]), float(found[1]), float(found[2])
+    if not -inf < x + y + z < inf:
+        raise ValueError(f"holds a number that is not finite, {numbers!r}")
+    return (x, y, z)
+
+
+def check_decision(decision: object) -> Vector:
+    """Return the command of a decision; raise an error for one that cannot be flown or sent."""
     if not isinstance(decision, Decision):
         raise TypeError(f"a step must return a Decision, not {decision!r}")
-    estimate, total = decision.estimate, _total(decision.velocity, decision)
-    if estimate is not None:
-        for vector in (estimate.position, estimate.velocity, estimate.acceleration):
-            total += _total(vector, decision)
-    if not isinstance(total, float) or not isinstance(decision.stamp, int) or not 0 <= decision.stamp < END_OF_TIME:
-        raise _malformed(decision)
-    if not -inf < total < inf:
-        raise ValueError(f"{decision}: holds a number that is not finite")
+    message = decision.message
+    try:
+        command = three(decision.command)
+    except ValueError as error:
+        raise ValueError(f"command {error}") from None
+    if isinstance(message, LeaderMotion):
+        for vector in (message.position, message.velocity, message.acceleration):
+            if not isinstance(vector, tuple):
+                raise TypeError(f"a vector of a LeaderMotion must be a tuple of three floats: {message}")
+            three(vector)
+    if not isinstance(decision.stamp, int) or not 0 <= decision.stamp < END_OF_TIME:
+        raise ValueError(f"the stamp must be an int, in ns: {decision}")
+    if decision.error is not None and not -inf < float(decision.error) < inf:
+        raise ValueError(f"error = {decision.error!r}: must be a finite number, or None")
     if decision.signals is not None:
         _check_signals(decision.signals)
+    return command
 
 
 def _check_signals(signals: Mapping[Any, Any]) -> None:
@@ -170,14 +314,3 @@ def _check_signals(signals: Mapping[Any, Any]) -> None:
             raise ValueError(f"signal {name!r}: its name must be text of 1 to {LONGEST_NAME} characters")
         if not isinstance(value, float | int) or not -inf < float(value) < inf:
             raise ValueError(f"signal {name!r} = {value!r}: must be a finite number")
-
-
-def _total(vector: Vector, decision: Decision) -> float:
-    """Return the sum of a vector's three numbers; raises what their sum with a float raises, if they are none."""
-    if not isinstance(vector, tuple) or len(vector) != 3:
-        raise _malformed(decision)
-    return 0.0 + vector[0] + vector[1] + vector[2]
-
-
-def _malformed(decision: Decision) -> ValueError:
-    return ValueError(f"a vector must be a tuple of three floats, the stamp an int, in ns: {decision}")

@@ -14,7 +14,7 @@ from flockwire_core.domain.body import Body, BodyKind
 from flockwire_core.domain.motion import LeaderMotion, Motion
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add
-from flockwire_core.law import Law, LawSettings, NeighbourEstimate, Observation, Reference, check_decision
+from flockwire_core.law import Heard, Law, LawSettings, Observation, Place, check_decision
 from flockwire_core.objects import load_object
 from flockwire_core.parameters import law_settings
 from flockwire_core.swarm.laws import law_object
@@ -46,7 +46,7 @@ def load_law(law: str) -> type[Law]:
     except Exception as error:  # importing a user's module may raise anything
         raise LawError(f"cannot import it: {_raised(error)}") from error
     if not isinstance(found, type) or not callable(getattr(found, "step", None)):
-        raise LawError("must be a class with a method step(observation, now)")
+        raise LawError("must be a class with a method step(observation)")
     return cast("type[Law]", found)
 
 
@@ -84,7 +84,7 @@ def law_failures(swarm: Swarm) -> Iterator[Problem]:
             law = make_law(law_object(swarm), law_settings(swarm, number))
             for situation in dry_flight(swarm, number):
                 when, observation = situation
-                check_decision(law.step(observation, observation.stamp))
+                check_decision(law.step(observation))
         except Exception as error:  # a user's class may raise anything
             yield Problem("control.law", f"fails when that of {uav(number)} {when}: {_raised(error)}")
             return
@@ -95,8 +95,8 @@ def dry_flight(swarm: Swarm, number: int) -> Iterator[tuple[str, Observation]]:
     period = 1.0 / swarm.control.rate_hz
     leader = add(swarm.drone(LEADER).start if LEADER in swarm.flying else ZERO, (0.0, 0.0, swarm.limits.takeoff_height))
     rank = swarm.followers.index(number)
-    place = Reference(swarm.build_formation(), rank, START)
-    start, flown = swarm.drone(number).start, add(add(leader, place.offset(START)), OFF_PLACE)
+    place = Place(swarm.build_formation(), rank, START)
+    start, flown = swarm.drone(number).start, add(add(leader, place.offset(0.0)), OFF_PLACE)
     kinds = (BodyKind.DRONE, BodyKind.OBSTACLE) if swarm.obstacles else (BodyKind.DRONE,)
     bodies = tuple([Body(kind, BESIDE, 0.0) for kind in kinds])
     estimates = swarm.topology.neighbours(number)
@@ -110,9 +110,13 @@ def dry_flight(swarm: Swarm, number: int) -> Iterator[tuple[str, Observation]]:
     ):
         now = START + round(step * period * SECOND)
         motion = Motion(position, ZERO, position) if position is not None else None
-        heard = [NeighbourEstimate(j, weight, now, LeaderMotion(leader)) for j, weight in estimates.items()]
+        heard = [Heard(j, weight, j == LEADER, now, step, LeaderMotion(leader)) for j, weight in estimates.items()]
         near = bodies if reference is not None else ()
-        yield when, Observation(period, now, motion, heard if motion is not None else (), near, reference)
+        yield when, Observation(
+            t=(now - START) / SECOND if reference is not None else 0.0, dt=period, stamp=now, position=position,
+            velocity=ZERO if motion is not None else None, bodies=near, heard=heard if motion is not None else (),
+            place=reference, now=now, motion=motion,
+        )  # fmt: skip
 
 
 def step_time(swarm: Swarm, read: Callable[[], int]) -> float:
@@ -121,7 +125,7 @@ def step_time(swarm: Swarm, read: Callable[[], int]) -> float:
     law, spent = make_law(law_object(swarm), law_settings(swarm, number)), []
     for when, observation in dry_flight(swarm, number):
         began = read()
-        law.step(observation, observation.stamp)
+        law.step(observation)
         if when == IN_FORMATION:
             spent.append(read() - began)
     return min(spent) / SECOND

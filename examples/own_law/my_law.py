@@ -6,6 +6,7 @@ It does not know the leader's velocity: without the integral part e would be abo
 from __future__ import annotations
 
 from flockwire.law import (
+    RELAYING,
     SECOND,
     ZERO,
     Decision,
@@ -36,6 +37,7 @@ class Gains(Parameters):
 class Integrating:
     """Average the neighbours' estimates of the leader; fly to the place beside it with an integral part."""
 
+    information = RELAYING
     Parameters = Gains
 
     def __init__(self, settings: LawSettings) -> None:
@@ -43,23 +45,23 @@ class Integrating:
         self.leader: LeaderMotion | None = None
         self.integral: Vector = ZERO
 
-    def step(self, observation: Observation, now: int) -> Decision:
+    def step(self, observation: Observation) -> Decision:
         """Return the velocity, and the estimate for the out-neighbours."""
-        estimates = observation.neighbour_estimates
+        estimates = observation.heard
         total = sum(one.weight for one in estimates)
         if total:
             mean = ZERO
             for one in estimates:
-                ahead = one.motion.after((now - one.stamp) / SECOND).position
+                ahead = one.content.after((observation.now - one.stamp) / SECOND).position
                 mean = add(mean, scale(ahead, one.weight / total))
             self.leader = LeaderMotion(mean)
-        place, motion = observation.reference, observation.motion
+        place, motion = observation.place, observation.motion
         if self.leader is None or motion is None or place is None:
             self.integral = ZERO
-            return Decision(estimate=self.leader)
-        error = subtract(subtract(motion.position, place.offset(now)), self.leader.position)
+            return Decision(message=self.leader)
+        error = subtract(subtract(motion.position, place.offset(observation.t)), self.leader.position)
         if norm(error) < self.gains.reach:
             step = scale(error, self.gains.integral_gain * observation.dt)
             self.integral = limit(add(self.integral, step), self.gains.integral_limit)
         feedback = add(scale(error, self.gains.gain), self.integral)
-        return Decision(subtract(place.rate(now), feedback), self.leader)
+        return Decision(subtract(place.rate(observation.t), feedback), self.leader)

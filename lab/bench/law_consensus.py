@@ -12,6 +12,7 @@ law lags: in a chain with w = 1 follower k is k |v| / gamma behind its place.
 from __future__ import annotations
 
 from flockwire_core.law import (
+    RELAYING,
     ZERO,
     Decision,
     LawSettings,
@@ -34,21 +35,22 @@ class Gains(Parameters):
 class LinearConsensus:
     """The law for one follower."""
 
+    information = RELAYING
     Parameters = Gains
 
     def __init__(self, settings: LawSettings) -> None:
         self._gain = Gains.of(settings.parameters).gain
         self._offset = ZERO  # h_i, the last one
 
-    def step(self, observation: Observation, now: int) -> Decision:
+    def step(self, observation: Observation) -> Decision:
         """Return u_i and z_i; without a place the last h_i counts (zero at first), without a pose there is nothing."""
-        motion, place = observation.motion, observation.reference
+        motion, place = observation.motion, observation.place
         if motion is None:
             return Decision()
         if place is not None:
             self._offset = place.offset(observation.stamp)
         own = subtract(motion.position, self._offset)
-        velocity = place.rate(now) if place is not None else ZERO
-        for one in observation.neighbour_estimates:
-            velocity = add(velocity, scale(subtract(one.motion.position, own), self._gain * one.weight))
-        return Decision(velocity, LeaderMotion(own), observation.stamp)
+        velocity = place.rate(observation.t) if place is not None else ZERO
+        for one in observation.heard:
+            velocity = add(velocity, scale(subtract(one.content.position, own), self._gain * one.weight))
+        return Decision(velocity, LeaderMotion(own), stamp=observation.stamp)

@@ -9,6 +9,7 @@ from math import cos, pi, sin
 from random import Random
 
 from flockwire_core.law import (
+    RELAYING,
     SECOND,
     ZERO,
     BodyKind,
@@ -35,6 +36,7 @@ class Wish(Parameters):
 class ToOnePoint:
     """Straight to one point, all of them."""
 
+    information = RELAYING
     Parameters = Wish
 
     def __init__(self, settings: LawSettings) -> None:
@@ -42,14 +44,14 @@ class ToOnePoint:
         self.chance = Random(f"hostile {settings.number}")
         self.began, self.chosen = -1, ZERO
 
-    def step(self, observation: Observation, now: int) -> Decision:
+    def step(self, observation: Observation) -> Decision:
         """Return the way at full speed."""
         leader = None
-        for one in observation.neighbour_estimates[:1]:
-            leader = one.motion.after((now - one.stamp) / SECOND)
+        for one in observation.heard[:1]:
+            leader = one.content.after((observation.now - one.stamp) / SECOND)
         if observation.motion is None:
             return Decision(ZERO, leader)
-        way = self.way(observation.motion, observation, now)
+        way = self.way(observation.motion, observation, observation.now)
         return Decision(scale(way, self.speed / max(norm(way), 1e-9)), leader)
 
     def way(self, motion: Motion, _: Observation, __: int) -> Vector:

@@ -20,6 +20,7 @@ from math import hypot
 
 from flockwire_core.control.safety_filter import HalfSpace, nearest_velocity
 from flockwire_core.law import (
+    RELAYING,
     SECOND,
     ZERO,
     Body,
@@ -42,19 +43,21 @@ SPARE = 0.02  # m, above the distance to be kept
 class Orca:
     """The law for one follower."""
 
+    information = RELAYING
+
     def __init__(self, settings: LawSettings) -> None:
         self._gain, self._speed = settings.protocol.formation_gain, settings.speed
         self._separation = settings.detour.separation
         self._leader: LeaderMotion | None = None
 
-    def step(self, observation: Observation, now: int) -> Decision:
+    def step(self, observation: Observation) -> Decision:
         """Return the velocity nearest to the wanted one that leaves all velocity obstacles."""
-        self._observe(observation, now)
-        motion, place = observation.motion, observation.reference
+        self._observe(observation)
+        motion, place = observation.motion, observation.place
         if self._leader is None or motion is None or place is None:
             return Decision(ZERO, self._leader)
-        error = subtract(subtract(motion.position, place.offset(now)), self._leader.position)
-        forward = add(place.rate(now), self._leader.velocity)
+        error = subtract(subtract(motion.position, place.offset(observation.t)), self._leader.position)
+        forward = add(place.rate(observation.t), self._leader.velocity)
         wanted = add(forward, limit(scale(error, -self._gain), self._speed))
         planes = [
             half_plane(
@@ -68,13 +71,13 @@ class Orca:
         ]
         return Decision(nearest_velocity(wanted, planes, self._speed)[0], self._leader)
 
-    def _observe(self, observation: Observation, now: int) -> None:
+    def _observe(self, observation: Observation) -> None:
         """Average the neighbours' estimates, each moved on to `now`; keep the last one without any."""
-        estimates = observation.neighbour_estimates
+        estimates = observation.heard
         total = sum(one.weight for one in estimates)
         if not total:
             return
-        moved = [(one.weight / total, one.motion.after((now - one.stamp) / SECOND)) for one in estimates]
+        moved = [(one.weight / total, one.content.after((observation.now - one.stamp) / SECOND)) for one in estimates]
         position = _weighted([(share, leader.position) for share, leader in moved])
         self._leader = LeaderMotion(position, _weighted([(share, leader.velocity) for share, leader in moved]))
 

@@ -4,22 +4,28 @@ Imports no more than a drone has loaded already.
 """
 
 from flockwire_core.law import (
+    RELAYING,
     SECOND,
     ZERO,
     Body,
     BodyKind,
     Decision,
     Finite,
+    Heard,
+    Information,
     Law,
     LawSettings,
     LeaderMotion,
     Motion,
-    NeighbourEstimate,
     NotNegative,
     Observation,
+    Output,
+    Pace,
     Parameters,
+    Place,
     Positive,
-    Reference,
+    Seen,
+    Sense,
     Vector,
     add,
     distance,
@@ -30,7 +36,7 @@ from flockwire_core.law import (
 )
 
 __all__ = [
-    "SECOND", "ZERO", "Body", "BodyKind", "Decision", "Finite", "Law", "LawSettings", "LeaderMotion", "Motion",
-    "NeighbourEstimate", "NotNegative", "Observation", "Parameters", "Positive", "Reference", "Vector",
-    "add", "distance", "limit", "norm", "scale", "subtract",
+    "RELAYING", "SECOND", "ZERO", "Body", "BodyKind", "Decision", "Finite", "Heard", "Information", "Law",
+    "LawSettings", "LeaderMotion", "Motion", "NotNegative", "Observation", "Output", "Pace", "Parameters", "Place",
+    "Positive", "Seen", "Sense", "Vector", "add", "distance", "limit", "norm", "scale", "subtract",
 ]  # fmt: skip

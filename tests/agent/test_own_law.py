@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable
-from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -33,8 +32,8 @@ class Failing:
     def __init__(self, settings: LawSettings) -> None:
         self.number, self.steps = settings.number, 0
 
-    def step(self, seen: Observation, now: int) -> Decision:
-        self.steps += seen.reference is not None
+    def step(self, seen: Observation) -> Decision:
+        self.steps += seen.place is not None
         if self.steps > SOON and self.number == 1:
             raise ArithmeticError("no way")
         return Decision((0.0, 0.0, 0.0), LeaderMotion((0.0, 0.0, 1.0)))
@@ -45,9 +44,9 @@ class OnTheGround(Failing):
 
     taken = 0  # steps of all
 
-    def step(self, seen: Observation, now: int) -> Decision:
+    def step(self, seen: Observation) -> Decision:
         OnTheGround.taken += 1
-        return self.fail(now) if OnTheGround.taken > SOON else Decision()
+        return self.fail(seen.now) if OnTheGround.taken > SOON else Decision()
 
     def fail(self, now: int) -> Decision:
         raise NotImplementedError
@@ -80,7 +79,7 @@ class Seconds(OnTheGround):
     """Counts in seconds."""
 
     def fail(self, now: int) -> Decision:
-        return Decision((0.0, 0.0, 0.0), LeaderMotion((0.0, 0.0, 1.0)), now / 1e9)  # type: ignore[arg-type]
+        return Decision((0.0, 0.0, 0.0), LeaderMotion((0.0, 0.0, 1.0)), stamp=now / 1e9)  # type: ignore[arg-type]
 
 
 def test_the_example_of_the_page_flies(
@@ -131,8 +130,8 @@ def test_a_law_that_fails_makes_its_drone_hold_and_report_why(fly_law: Callable[
     ("law", "rule"),
     [
         ("NotFinite", "holds a number that is not finite"),
-        ("TwoNumbers", "a vector must be a tuple of three floats"),
-        ("Seconds", "the stamp an int, in ns"),
+        ("TwoNumbers", "must be three numbers"),
+        ("Seconds", "the stamp must be an int, in ns"),
     ],
 )
 def test_a_law_that_fails_on_the_ground_keeps_its_drone_there_and_reports_why(
@@ -141,18 +140,17 @@ def test_a_law_that_fails_on_the_ground_keeps_its_drone_there_and_reports_why(
     flown = fly_law(law)
     assert re.search("uav1: the law failed: (ValueError|TypeError)", flown.failure)  # compiled, of a record's types
     assert rule in flown.failure or "object expected; got" in flown.failure
-    assert any("Decision(" in detail or "object expected; got" in detail for detail in flown.details)
+    assert any("the law failed" in detail or "object expected; got" in detail for detail in flown.details)
     assert flown.highest < 0.01
 
 
 WRONG_VECTORS = (
-    [1.0, 2.0, 3.0],
-    np.array([1.0, 2.0, 3.0]),
+    [1.0, 2.0],
     np.ones((3, 1)),
-    tuple(np.float32([1.0, 2.0, 3.0])),
+    np.ones((2, 3)),
+    np.array([1.0, np.nan, 3.0]),
     (np.ones(1), 0.0, 0.0),
     (10**400, 0, 0),
-    (Decimal(1),) * 3,
     (1j, 0.0, 0.0),
     "abc",
     None,
@@ -164,18 +162,18 @@ def test_a_vector_that_no_message_or_compiled_code_takes_is_refused_before_it_is
     with pytest.raises((ValueError, TypeError, OverflowError)):
         check_decision(Decision(vector))
     with pytest.raises((ValueError, TypeError, OverflowError)):
-        check_decision(Decision(estimate=LeaderMotion((0.0, 0.0, 0.0), vector)))
+        check_decision(Decision(message=LeaderMotion((0.0, 0.0, 0.0), vector)))
 
 
 @pytest.mark.parametrize("stamp", [-1, 2**31 * SECOND, 10**30])
 def test_a_stamp_that_no_message_holds_is_refused(stamp: int) -> None:
-    with pytest.raises(ValueError, match="the stamp an int, in ns"):
+    with pytest.raises(ValueError, match="the stamp must be an int, in ns"):
         check_decision(Decision(stamp=stamp))
 
 
 @pytest.mark.parametrize("vector", [(1, 2, 3), (True, 0.0, -1), tuple(np.array([1.0, 2.0, 3.0])), (1e300, 0.0, 0.0)])
 def test_whole_numbers_and_numbers_of_numpy_are_floats(vector: Any) -> None:
-    check_decision(Decision(vector, LeaderMotion(vector), 2**31 * SECOND - 1))
+    check_decision(Decision(vector, LeaderMotion(vector), stamp=2**31 * SECOND - 1))
 
 
 @pytest.mark.parametrize(
@@ -256,7 +254,7 @@ def check_law(
 ) -> Callable[..., tuple[int, str, str]]:
     """Return a function that checks a swarm file beside a law of the given body."""
 
-    def check(body: str, law: str = "mine.py:Law", more: str = ", now", imports: str = "") -> tuple[int, str, str]:
+    def check(body: str, law: str = "mine.py:Law", more: str = "", imports: str = "") -> tuple[int, str, str]:
         (tmp_path / "mine.py").write_text(LAW_FILE.format(body=body, more=more, imports=imports), encoding="utf-8")
         table = swarm_table({"control.law": law, "control.safety_filter": True})
         (tmp_path / "mine.toml").write_text(tomli_w.dumps(table), encoding="utf-8")
@@ -266,21 +264,25 @@ def check_law(
     return check
 
 
-GOOD = "return Decision(estimate=LeaderMotion((0.0, 0.0, 1.0)))"
-IN_FORMATION = "if observation.reference is not None: "
+GOOD = "return Decision(message=LeaderMotion((0.0, 0.0, 1.0)))"
+IN_FORMATION = "if observation.place is not None: "
 
 
 @pytest.mark.parametrize(
     ("body", "more", "said"),
     [
-        (GOOD, "", "fails when that of uav1 has no pose yet: TypeError: Law.step() takes 2 positional arguments"),
-        ("return None", ", now", "has no pose yet: TypeError: a step must return a Decision, not None"),
-        ("return [0.0, 0.0, 0.0]", ", now", "a step must return a Decision, not [0.0, 0.0, 0.0]"),
-        ("return Decision((float('nan'), 0.0, 0.0))", ", now", "holds a number that is not finite"),
-        ("return Decision((1 / (self.steps - 2), 0.0, 0.0))", ", now", "stands on the ground: ZeroDivisionError"),
-        (f"{IN_FORMATION}1 / 0\n        {GOOD}", ", now", "flies in formation: ZeroDivisionError: division by zero ("),
-        (f"observation.motion.position\n        {GOOD}", ", now", "has no pose yet: AttributeError"),
-        ("return Decision(signals={'V': float('inf')})", ", now", "signal 'V' = inf: must be a finite number"),
+        (
+            GOOD,
+            ", now",
+            "fails when that of uav1 has no pose yet: TypeError: Law.step() missing 1 required positional argument",
+        ),
+        ("return None", "", "has no pose yet: TypeError: a step must return a Decision, not None"),
+        ("return [0.0, 0.0, 0.0]", "", "a step must return a Decision, not [0.0, 0.0, 0.0]"),
+        ("return Decision((float('nan'), 0.0, 0.0))", "", "holds a number that is not finite"),
+        ("return Decision((1 / (self.steps - 2), 0.0, 0.0))", "", "stands on the ground: ZeroDivisionError"),
+        (f"{IN_FORMATION}1 / 0\n        {GOOD}", "", "flies in formation: ZeroDivisionError: division by zero ("),
+        (f"observation.motion.position\n        {GOOD}", "", "has no pose yet: AttributeError"),
+        ("return Decision(signals={'V': float('inf')})", "", "signal 'V' = inf: must be a finite number"),
     ],
 )
 def test_check_takes_dry_steps_of_a_law(

@@ -15,7 +15,7 @@ from flockwire_agent.paper_law import PaperLaw
 from flockwire_core.control.protocol import control_input
 from flockwire_core.domain.motion import LeaderMotion, Motion
 from flockwire_core.domain.time import SECOND
-from flockwire_core.law import NeighbourEstimate, Observation, Reference
+from flockwire_core.law import Heard, Observation, Place
 from flockwire_core.parameters import law_settings
 from flockwire_core.swarm.model import Swarm
 
@@ -34,9 +34,9 @@ def observer(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 
 def observed(estimate: LeaderMotion, swarm: Swarm) -> Observation:
     """Return what a follower knows in one step: one neighbour's estimate, its own place and position."""
-    heard = [NeighbourEstimate(0, 1.0, SECOND, estimate)]
-    place = Reference(swarm.build_formation(), 0, 0)
-    return Observation(0.01, SECOND, Motion((0.5, 0.0, 1.0), (0.0, 0.0, 0.0), (0.5, 0.0, 1.0)), heard, (), place)
+    heard = [Heard(0, 1.0, True, SECOND, 1, estimate)]
+    place, motion = Place(swarm.build_formation(), 0, 0), Motion((0.5, 0.0, 1.0), (0.0, 0.0, 0.0), (0.5, 0.0, 1.0))
+    return Observation(1.0, 0.01, SECOND, heard=heard, place=place, now=SECOND, motion=motion)
 
 
 def test_the_estimate_is_the_observers_and_the_command_that_of_the_papers_protocol(
@@ -44,24 +44,24 @@ def test_the_estimate_is_the_observers_and_the_command_that_of_the_papers_protoc
 ) -> None:
     swarm = make_swarm({"observer.gain": 2.0})
     settings, seen = law_settings(swarm, 1), observed(LeaderMotion((1.5, 0.0, 1.0)), swarm)
-    own, papers = (law(settings).step(seen, SECOND) for law in (observer.LinearObserver, PaperLaw))
-    assert own.estimate is not None
-    assert papers.estimate is not None
-    assert own.estimate.position == pytest.approx((0.5 + 0.01 * 2.0 * 1.0, 0.0, 1.0))
-    assert papers.estimate.position != pytest.approx(own.estimate.position)
+    own, papers = (law(settings).step(seen) for law in (observer.LinearObserver, PaperLaw))
+    assert own.message is not None
+    assert papers.message is not None
+    assert own.message.position == pytest.approx((0.5 + 0.01 * 2.0 * 1.0, 0.0, 1.0))
+    assert papers.message.position != pytest.approx(own.message.position)
     assert seen.motion is not None
-    assert seen.reference is not None
-    offset, rate = seen.reference.offset(SECOND), seen.reference.rate(SECOND)
-    wanted = control_input(seen.motion.position, offset, rate, own.estimate.position, (0.0,) * 3, settings.protocol)
-    assert own.velocity == pytest.approx(wanted)
+    assert seen.place is not None
+    offset, rate = seen.place.offset(1.0), seen.place.rate(1.0)
+    wanted = control_input(seen.motion.position, offset, rate, own.message.position, (0.0,) * 3, settings.protocol)
+    assert own.command == pytest.approx(wanted)
 
 
 def test_an_observer_may_return_an_array(make_swarm: Callable[..., Swarm]) -> None:
     settings = law_settings(make_swarm(), 1)
     law = PaperLaw(settings, lambda *_: np.array([1.0, 2.0, 3.0]))  # type: ignore[arg-type, return-value]
-    decision = law.step(observed(LeaderMotion((1.5, 0.0, 1.0)), make_swarm()), SECOND)
-    assert decision.estimate is not None
-    assert decision.estimate.position == (1.0, 2.0, 3.0)
+    decision = law.step(observed(LeaderMotion((1.5, 0.0, 1.0)), make_swarm()))
+    assert decision.message is not None
+    assert decision.message.position == (1.0, 2.0, 3.0)
 
 
 def test_it_flies(observer: ModuleType, fly_flock: Callable[..., Any]) -> None:

@@ -235,10 +235,10 @@ class FailingInFlight(ExtendedLaw):
         super().__init__(settings)
         self.number = settings.number
 
-    def step(self, seen: Observation, now: int) -> Decision:
-        if self.number == 4 and seen.reference is not None and now > seen.reference.start + 2 * SECOND:
+    def step(self, seen: Observation) -> Decision:
+        if self.number == 4 and seen.place is not None and seen.t > 2.0:
             raise ArithmeticError("no way")
-        return super().step(seen, now)
+        return super().step(seen)
 
 
 def test_a_drone_whose_law_raises_in_flight_holds_its_place_and_reports_why(

@@ -37,13 +37,13 @@ class Recording(ExtendedLaw):
         super().__init__(settings)
         self._number = settings.number
 
-    def step(self, observation: Observation, now: int) -> Decision:
-        decision, place, motion = super().step(observation, now), observation.reference, observation.motion
-        if place is None or motion is None or decision.estimate is None:
+    def step(self, observation: Observation) -> Decision:
+        decision, place, motion = super().step(observation), observation.place, observation.motion
+        if place is None or motion is None or decision.message is None:
             return decision
-        error = subtract(subtract(motion.position, place.offset(now)), decision.estimate.position)
+        error = subtract(subtract(motion.position, place.offset(observation.t)), decision.message.position)
         energy = {"V": 0.5 * norm(error) ** 2, "number": self._number}
-        return Decision(decision.velocity, decision.estimate, decision.stamp, energy)
+        return Decision(decision.command, decision.message, signals=energy)
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +107,7 @@ def test_numbers_of_every_usual_type_are_kept(value: float) -> None:
 )
 def test_what_a_trace_cannot_keep_is_an_error_of_the_law(signals: dict[str, float], rule: str) -> None:
     with pytest.raises(ValueError, match=rule):
-        check_decision(Decision(estimate=LeaderMotion((0.0, 0.0, 1.0)), signals=signals))
+        check_decision(Decision(message=LeaderMotion((0.0, 0.0, 1.0)), signals=signals))
 
 
 def test_the_message_survives_the_wire_and_nothing_else_does() -> None:

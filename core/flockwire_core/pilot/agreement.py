@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from flockwire_core.control.agreement import contradicting, is_decided
 from flockwire_core.control.graph import LEADER
+from flockwire_core.domain.motion import LeaderMotion
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector
-from flockwire_core.law import NeighbourEstimate
+from flockwire_core.law import Heard
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.status import LEFT_OUT, Reason
 
@@ -25,7 +26,7 @@ class Agreement:
         self._disputed = 0  # since when no majority agrees, Unix ns; 0: one does
         self._parties: tuple[int, ...] = ()  # who disagrees then
 
-    def kept(self, estimates: list[NeighbourEstimate], now: int) -> list[NeighbourEstimate]:
+    def kept(self, estimates: list[Heard], now: int) -> list[Heard]:
         """Return the estimates to use of two or more that are valid at `now` (Unix ns).
 
         They are all used while there is no majority: `reason` then makes the drone hold.
@@ -67,7 +68,7 @@ class Agreement:
         return since > 0 and now - since >= BELIEVED
 
 
-def placed(estimates: list[NeighbourEstimate]) -> dict[int, Vector]:
+def placed(estimates: list[Heard]) -> dict[int, Vector]:
     """Return where each neighbour sees the leader, at the time of the leader's pose, else of the newest estimate."""
     at = 0
     for one in estimates:
@@ -77,6 +78,7 @@ def placed(estimates: list[NeighbourEstimate]) -> dict[int, Vector]:
         at = max(at, one.stamp)
     positions: dict[int, Vector] = {}
     for one in estimates:
-        t, (x, y, z), (vx, vy, vz) = (at - one.stamp) / SECOND, one.motion.position, one.motion.velocity
+        motion: LeaderMotion = one.content
+        t, (x, y, z), (vx, vy, vz) = (at - one.stamp) / SECOND, motion.position, motion.velocity
         positions[one.number] = (x + t * vx, y + t * vy, z + t * vz)
     return positions

@@ -12,7 +12,7 @@ from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector, distance
-from flockwire_core.law import NeighbourEstimate
+from flockwire_core.law import Heard
 from flockwire_core.pilot.agreement import Agreement
 from flockwire_core.pilot.phases import IN_FLIGHT, NEVER, age
 from flockwire_core.swarm.tables import Staleness
@@ -114,7 +114,7 @@ class Neighbourhood:
         leads = self._virtual or message.report.phase in LEADING_PHASES
         self._every[LEADER].leading = Leading.LEADS if leads else Leading.IS_DOWN
 
-    def update(self, now: int) -> list[NeighbourEstimate]:
+    def update(self, now: int) -> list[Heard]:
         """Update the leader's state; return the valid estimates of the neighbours at `now` (Unix ns).
 
         A valid estimate is fresh and based on fresh data: passing data on does not make it younger. A stale neighbour
@@ -127,7 +127,7 @@ class Neighbourhood:
             if stamp < oldest or motion is None or neighbour.origin < oldest_origin:
                 missing.append(j)
             else:
-                found.append(NeighbourEstimate(j, neighbour.weight, stamp, motion))
+                found.append(Heard(j, neighbour.weight, j == LEADER, stamp, 0, motion))
         self.missing = tuple(missing)
         if self._compares and len(found) > 1:
             found = self.agreement.kept(found, now)

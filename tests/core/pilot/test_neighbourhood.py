@@ -25,7 +25,7 @@ def status(stamp, phase):
 
 def said(neighbourhood, now):
     """Return (weight, position) of what the fresh neighbours published."""
-    return [(heard.weight, heard.motion.position) for heard in neighbourhood.update(now)]
+    return [(heard.weight, heard.content.position) for heard in neighbourhood.update(now)]
 
 
 def both():

@@ -7,7 +7,7 @@ from flockwire_core.control.observer import ObserverParameters
 from flockwire_core.domain.body import Body, BodyKind
 from flockwire_core.domain.motion import LeaderMotion, Motion
 from flockwire_core.domain.time import SECOND
-from flockwire_core.law import NeighbourEstimate, Observation, Reference
+from flockwire_core.law import Heard, Observation, Place
 from flockwire_core.loading import parse_swarm
 from flockwire_core.parameters import law_settings
 from law_consensus import LinearConsensus
@@ -36,23 +36,23 @@ def motion_of(position, velocity=(0.0, 0.0, 0.0)):
 
 
 def observed(now, motion, estimates, bodies=(), reference=None):
-    return Observation(STEP, now, motion, estimates, bodies, reference)
+    return Observation(now / SECOND, STEP, now, bodies=bodies, heard=estimates, place=reference, now=now, motion=motion)
 
 
 @pytest.mark.sources  # its places are no formation that compiled code knows
 def test_the_linear_law_lags_by_the_leaders_speed_over_the_gain_at_each_hop(make_swarm):
     swarm, speed = make_swarm(), 0.3
     laws = [LinearConsensus(law_settings(swarm, number)) for number in (1, 2, 3, 4)]
-    reference = [Reference(Still(PLACES), rank, 0) for rank in range(4)]
+    reference = [Place(Still(PLACES), rank, 0) for rank in range(4)]
     positions, sent = [(0.0, 0.0, 0.0)] * 4, [None] * 4
     for k in range(2000):
         now, leader = round(k * STEP * SECOND), (speed * k * STEP, 0.0, 0.0)
         for i, law in enumerate(laws):
             before = LeaderMotion(leader) if i == 0 else sent[i - 1]
-            heard = [NeighbourEstimate(i, 1.0, now, before)] if before is not None else []
-            decision = law.step(observed(now, motion_of(positions[i]), heard, reference=reference[i]), now)
-            positions[i] = tuple(x + STEP * u for x, u in zip(positions[i], decision.velocity, strict=True))
-            sent[i] = decision.estimate
+            heard = [Heard(i, 1.0, i == 0, now, 1, before)] if before is not None else []
+            decision = law.step(observed(now, motion_of(positions[i]), heard, reference=reference[i]))
+            positions[i] = tuple(x + STEP * u for x, u in zip(positions[i], decision.command, strict=True))
+            sent[i] = decision.message
     leader = (speed * 2000 * STEP, 0.0, 0.0)
     errors = [hypot(*(x - h - x0 for x, h, x0 in zip(positions[i], PLACES[i], leader, strict=True))) for i in range(4)]
     assert errors == pytest.approx([(i + 1) * speed / 3.0 for i in range(4)], rel=0.12)  # and some steps of delay
@@ -74,9 +74,9 @@ def test_the_sliding_mode_observer_reaches_the_leader_in_finite_time_and_stays(s
 
 def test_the_observer_is_all_that_differs_from_the_papers_law(make_swarm):
     law = SlidingMode(law_settings(make_swarm(), 1))
-    heard = [NeighbourEstimate(0, 1.0, 0, LeaderMotion((1.0, 0.0, 0.0)))]
-    decision = law.step(observed(0, motion_of((0.0, 0.0, 0.0)), heard), 0)
-    assert decision.estimate.position == pytest.approx((STEP * 3.0, 0.0, 0.0))
+    heard = [Heard(0, 1.0, True, 0, 1, LeaderMotion((1.0, 0.0, 0.0)))]
+    decision = law.step(observed(0, motion_of((0.0, 0.0, 0.0)), heard))
+    assert decision.message.position == pytest.approx((STEP * 3.0, 0.0, 0.0))
 
 
 def swap(count, radius=1.5):
@@ -102,8 +102,8 @@ def swap(count, radius=1.5):
                 for j, (y, w) in enumerate(state)
                 if j != i
             ]
-            heard, reference = [NeighbourEstimate(0, 1.0, now, leader)], Reference(Still(places), i, 0)
-            u = law.step(observed(now, motion_of(x, v), heard, others, reference), now).velocity
+            heard, reference = [Heard(0, 1.0, True, now, 1, leader)], Place(Still(places), i, 0)
+            u = law.step(observed(now, motion_of(x, v), heard, others, reference)).command
             after.append((tuple(p + STEP * q for p, q in zip(x, u, strict=True)), u))
         state = after
         pairs = [hypot(*(p - q for p, q in zip(a[0], b[0], strict=True))) for a in state for b in state if a is not b]
