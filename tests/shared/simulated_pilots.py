@@ -81,8 +81,9 @@ class Source:
     def __init__(self, swarm: SimulatedSwarm, key: Key) -> None:
         self.inbox, self._swarm = inbox_of(key), swarm
 
-    def message(self, now: int) -> Status | Telemetry | None:
-        return self._swarm.message(self.inbox.key, now)
+    def messages(self, now: int) -> list[Status | Telemetry]:
+        newest = self._swarm.message(self.inbox.key, now)
+        return [] if newest is None else [newest]
 
 
 class SimulatedSwarm:

@@ -10,7 +10,6 @@ import contextlib
 import logging
 import secrets
 
-from flockwire_core import clock
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.stepping import StepCounts
 from flockwire_core.ros.advice import advice
@@ -21,7 +20,6 @@ from flockwire_core.runtime.ros_ends import RosInput, RosOutput, RosServices
 from flockwire_core.runtime.ros_node import Place, RosNode, join
 from flockwire_core.runtime.session import Session, use_router_threads
 from flockwire_core.runtime.shell import status_publisher
-from flockwire_core.runtime.swarm_clock import SwarmClock
 from flockwire_core.runtime.ticker import Ticker
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.ros import Ros
@@ -32,27 +30,19 @@ from flockwire_operator.ros.core import PERIOD, RosCore
 from flockwire_operator.ros.mirror import Mirror
 from flockwire_operator.ros.outgoing import Outgoing
 from flockwire_operator.ros.topics import Names, Topic, all_topics
-from flockwire_operator.station.planning import Planner
+from flockwire_operator.station.operator import Operator
 
 SILENCE = SECOND  # ns without a message of the leader's topic, after which the status says why
-CAPACITY = 256  # messages of one key of the swarm that wait at most
 
 
 class RosProcess:
     """Runs the core on `session`, and on a node in the ROS graph when there is one."""
 
     def __init__(self, plan: Plan, identity: str, session: Session, refusals: Refusals) -> None:
-        self._plan, self._session = plan, session
-        self._log = logging.getLogger(identity)
-        self._clock = SwarmClock(plan, identity, session)
-        timed = self._clock.timekeeping
-        self._status = status_publisher(plan, identity, session, refusals, timed)
-        self._counts, self._planner = StepCounts(), Planner()
+        self._plan, self._log, self._counts = plan, logging.getLogger(identity), StepCounts()
         self.core = RosCore(plan, lambda: secrets.randbits(31))
-        timed.follow(self.core.operator.correct)
-        keys = [key for key in plan.subscribes[identity] if key not in timed.keys]
-        self._inputs = [session.buffered(key, CAPACITY) for key in keys]
-        self._names = {key: plan.text(key) for key in keys}
+        self._operator = Operator(plan, session, identity, self.core)
+        self._status = status_publisher(plan, identity, session, refusals, self._operator.clock.timekeeping)
         self._node: RosNode | None = None
         self._outputs: dict[Topic, RosOutput] = {}
         self._outgoing = Outgoing()
@@ -87,17 +77,11 @@ class RosProcess:
     def tick(self, lateness: int, skipped: int) -> None:
         """Take in what both sides have sent, step, and publish on both."""
         self._counts.count(lateness, skipped)
-        self._clock.step()
-        now, core = clock.now(), self.core
-        core.operator.knows_time = self._clock.known()
-        for source in self._inputs:
-            for message in source.messages(now):
-                core.receive(source.inbox.key, message, now)
+        now = self._operator.poll()
         self._take(now)
-        self._session.publish(core.step(now))
-        self._planner.plan(self._plan.swarm, core.operator.to_plan)
-        if core.mirror is not None:
-            self._outgoing.add(core.mirror.publications(now))
+        self._operator.publish()
+        if self.core.mirror is not None:
+            self._outgoing.add(self.core.mirror.publications(now))
             for topic, payload in self._outgoing.take():
                 self._outputs[topic].publish(payload)
         if self._status.due(now):
@@ -120,8 +104,8 @@ class RosProcess:
                 name, kind = steering.topic.name, steering.topic.ros_type
                 self.core.advice = advice(node.publishers(), node.place.domain, name, (kind,), "ros.domain to that")
         rejected = tuple(
-            (f"{self._names[source.inbox.key]} {reason}", count)
-            for source in self._inputs
+            (f"{self._plan.text(source.inbox.key)} {reason}", count)
+            for source in self._operator.inputs
             for reason, count in source.inbox.rejected.items()
         )
         self._status.update(now, self.core.report(now), self._counts, rejected)

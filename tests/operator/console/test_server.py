@@ -9,7 +9,7 @@ import aiohttp
 import pytest
 from flockwire_core.wire.phase import Phase
 from flockwire_operator.console import command, server
-from flockwire_operator.station import planning
+from flockwire_operator.station import operator
 from served_pages import TOKEN, serving
 from simulated_pilots import SimulatedSwarm, started
 
@@ -153,7 +153,7 @@ def test_an_order_waits_for_no_plan_of_a_change_and_ends_it(make_plan, verb, mon
         ends.wait(60.0)
         raise ValueError("too late")
 
-    monkeypatch.setattr(planning, "plan_order", plan)
+    monkeypatch.setattr(operator, "plan_order", plan)
 
     async def run():
         async with serving(swarm) as (_, port), looking(port) as page, asyncio.timeout(10):

@@ -10,7 +10,7 @@ from flockwire_core.ground import director
 from flockwire_core.security.files import CredentialsError
 from flockwire_operator.scripting import FlightError, open_swarm, real
 from flockwire_operator.station import host as hosts
-from flockwire_operator.station import planning, processes
+from flockwire_operator.station import operator, processes
 from simulated_children import Processes
 from simulated_pilots import SimulatedSwarm
 
@@ -176,7 +176,7 @@ def test_a_change_that_was_planned_before_another_order_is_not_flown(opened, ver
                 return change.running._replace(stamp=clock.now(), verb="formation")
 
             loop = asyncio.get_running_loop()
-            monkeypatch.setattr(planning, "plan_order", plan)
+            monkeypatch.setattr(operator, "plan_order", plan)
             with pytest.raises(FlightError, match=rf"^formation '': {verb} was ordered meanwhile$"):
                 await flight.formation("")
             assert {drone.phase for drone in flight.drones.values()} == {"hold" if verb == "hold" else "ready"}

@@ -13,7 +13,7 @@ from flockwire_core.ground.order import Answer, Order
 from flockwire_core.runtime.session import RouterAbsentError
 from flockwire_core.wire.phase import Phase
 from flockwire_operator.cli.orders import app
-from flockwire_operator.station import giving, planning
+from flockwire_operator.station import giving, operator
 from simulated_pilots import SimulatedSwarm, started
 from typer.testing import CliRunner
 
@@ -254,7 +254,7 @@ def test_an_order_that_comes_while_a_change_is_planned_is_not_undone_by_it(swarm
         swarm.all(Phase.FORMATION, running._replace(stamp=clock.now(), verb=verb))
         return running._replace(stamp=clock.now(), verb="formation", formation="wide")
 
-    monkeypatch.setattr(planning, "plan_order", plan)
+    monkeypatch.setattr(operator, "plan_order", plan)
     assert give(swarm, "formation", "wide").refusal == f"{verb} was ordered meanwhile"
     assert swarm.published == []
 
@@ -263,7 +263,7 @@ def test_a_plan_that_fails_is_a_refusal_that_names_the_error(swarm, monkeypatch)
     def fail(*_):
         raise MemoryError("too little")
 
-    monkeypatch.setattr(planning, "plan_order", fail)
+    monkeypatch.setattr(operator, "plan_order", fail)
     swarm.all(Phase.FORMATION, started())
     assert give(swarm, "formation", "wide").refusal == "the change could not be planned: MemoryError: too little"
     assert swarm.published == []

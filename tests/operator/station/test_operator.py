@@ -44,11 +44,10 @@ class Source:
     def __init__(self, inbox, waiting):
         self.inbox, self._waiting = inbox, waiting
 
-    def message(self, now):
-        newest = None
-        while self._waiting:
-            newest = self.inbox.accept(*self._waiting.popleft(), now) or newest
-        return newest
+    def messages(self, now):
+        found = [self.inbox.accept(*one, now) for one in self._waiting]
+        self._waiting.clear()
+        return [message for message in found if message is not None]
 
 
 @pytest.fixture
