@@ -11,13 +11,13 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-TRACKED = ("claim", "completeness", "core", "field_bodies", "tracking")
+TRACKED = ("claim", "completeness", "core", "field_bodies", "relative_sensor", "tracking")
 COMPILED = (
     "core/flockwire_core/control",
     "core/flockwire_core/domain",
     *(
         f"core/flockwire_core/wire/{name}.py"
-        for name in ("batch", "cdr", "codec", "inbox", "orders", "phase", "status", "status_codec")
+        for name in ("batch", "cdr", "codec", "inbox", "orders", "phase", "sighting", "status", "status_codec")
     ),
     "core/flockwire_core/pilot",
     *(f"core/flockwire_core/ground/{name}.py" for name in ("fleet", "known_orders", "lost", "order_log")),

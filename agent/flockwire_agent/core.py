@@ -5,33 +5,40 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 from math import dist, inf, isfinite
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
-from flockwire_core.domain.motion import Estimate, Leading
+from flockwire_core.control.graph import LEADER
+from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.signals import Signals
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add
-from flockwire_core.law import Decision, Heard, Observation, Place
+from flockwire_core.law import Decision, Heard, Observation, Place, Sense
 from flockwire_core.own_law import make_law
 from flockwire_core.parameters import auction_parameters, law_settings, pilot_parameters
+from flockwire_core.pilot.law_messages import Hearing, LawSender
 from flockwire_core.pilot.neighbourhood import Neighbourhood
 from flockwire_core.pilot.orders import flown_place, is_known
 from flockwire_core.pilot.pilot import Pilot, shown
 from flockwire_core.pilot.place import Place as WaitingPlace
+from flockwire_core.pilot.sight import Sight
 from flockwire_core.process.cores import Core, Start
 from flockwire_core.process.stopwatch import Stopwatch
 from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
+from flockwire_core.wire.information import information_of, relays, sees, speakers
 from flockwire_core.wire.keys import MISSION, Key
+from flockwire_core.wire.law_form import law_form
 from flockwire_core.wire.phase import Phase
-from flockwire_core.wire.status import Report, Status
+from flockwire_core.wire.status import Report, Status, counted
 
 from flockwire_agent.guarded_law import GuardedLaw
 
 if TYPE_CHECKING:
     from flockwire_agent.place_auction import PlaceAuction
+
+WHOLE: Final = Sense.POSITION | Sense.VELOCITY
 
 
 class AgentCore:
@@ -45,8 +52,9 @@ class AgentCore:
         self.period = parameters.period
         self._frame = swarm.frame
         self._estimate_key, self._bids_key = Key("estimate", name), Key("bids", name)
-        self._signals_key = Key("signals", name)
+        self._signals_key, self._law_key = Key("signals", name), Key("law", name)
         self._rank = swarm.followers.index(number)
+        self._neighbour_ranks = {j: swarm.followers.index(j) for j in swarm.topology.neighbours(number) if j != LEADER}
         self._formations = {name: swarm.build_formation(name) for name in swarm.formation_names}
         self._law = GuardedLaw(partial(make_law, law_object(swarm), law_settings(swarm, number)), name, stopwatch)
         neighbours, depths, filtered = (
@@ -54,6 +62,15 @@ class AgentCore:
             swarm.topology.depths(),
             swarm.control.filtered,
         )
+        self._declared = declared = information_of(swarm)
+        own, form, leaders = declared.own, law_form(declared), frozenset({LEADER})
+        self._relays, self._whole = relays(swarm), own & WHOLE == WHOLE
+        self._sight = Sight(neighbours, leaders, declared.silence) if sees(swarm) else None
+        self._hearing = self._sender = None
+        if form is not None:
+            heard = {j: weight for j, weight in neighbours.items() if j in speakers(swarm)}
+            self._hearing = Hearing(heard, leaders, form, declared.pace, declared.silence)
+            self._sender = LawSender(form, declared.pace, self._frame, now)
         self._neighbourhood = Neighbourhood(
             neighbours,
             swarm.limits.staleness,
@@ -75,6 +92,8 @@ class AgentCore:
         self._take: dict[Key, Callable[[Any], None]] = {  # handlers of messages, by key
             **{Key("pose", uav(j)): self._neighbourhood.take_pose(j) for j in neighbours},
             **{Key("estimate", uav(j)): self._neighbourhood.take_estimate(j) for j in neighbours},
+            **({Key("law", uav(j)): self._hearing.take(j) for j in self._hearing.speakers} if self._hearing else {}),
+            **({Key("seen", name): self._sight.take} if self._sight else {}),
             **({Key("bids", uav(j)): self._auction.take for j in neighbours if j} if self._auction else {}),
             **pilot.handlers,
         }
@@ -92,19 +111,19 @@ class AgentCore:
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Observe, decide, command: what to publish at `now`."""
         pilot, neighbourhood = self._pilot, self._neighbourhood
-        estimates = neighbourhood.update(now)
-        silence = neighbourhood.silence(now, pilot.born)
+        estimates = neighbourhood.update(now) if self._relays else []
+        silence, missing = self._update(now)
         leader_down = neighbourhood.leading is Leading.IS_DOWN
         failure = self._law.failure.text if self._law.failure is not None else ""
         if not failure and neighbourhood.agreement.contradicted:
             failure = neighbourhood.agreement.reason(now)
-        phase = pilot.observe(now, silence, neighbourhood.missing, failure, neighbourhood.positions, leader_down)
+        phase = pilot.observe(now, silence, missing, failure, neighbourhood.positions, leader_down)
         if self._auction is None:
             self._refer(phase)
         else:
             self._refer_by(self._auction, phase)
         decision = self._obey(self._observation(estimates, now))
-        estimate, wanted = decision.message, self._law.command
+        estimate, wanted = decision.message if self._relays else None, self._law.command
         if self._auction is not None and phase is Phase.FORMATION and self._reference is None:
             wanted = self._wait()
         messages = pilot.command(wanted, now)
@@ -115,6 +134,10 @@ class AgentCore:
         if decision.signals is not None:
             values = tuple([(signal, float(value)) for signal, value in decision.signals.items()])
             messages.append((self._signals_key, Signals(now, self._frame, values)))
+        if self._sender is not None:
+            sent = self._sender.send(decision.message, now, decision.stamp)
+            if sent is not None:
+                messages.append((self._law_key, sent))
         if estimate is None:
             return messages
         origin, hops, leading = neighbourhood.origin, neighbourhood.hops, neighbourhood.leading
@@ -133,7 +156,17 @@ class AgentCore:
     def report(self, now: int) -> Report:
         """Return the agent's status; an error of its law, and a neighbour left out, are reasons with a code."""
         place, failure = self._place(), self._law.failure
-        report = self._pilot.report(now, self._error(place), shown(self._neighbourhood.oldest(now)), place)
+        oldest = self._neighbourhood.oldest(now) if self._relays else 0.0
+        for part in (self._sight, self._hearing):
+            oldest = max(oldest, part.oldest(now)) if part is not None else oldest
+        report = self._pilot.report(now, self._error(place), shown(oldest), place)
+        if self._hearing is not None:
+            speakers = self._hearing.speakers.values()
+            counts = counted(
+                ("law messages lost", sum([one.lost for one in speakers])),
+                ("law messages rejected", sum([one.rejected for one in speakers])),
+            )
+            report = report._replace(counts=(*report.counts, *counts))
         agreement = self._neighbourhood.agreement
         if agreement.count:
             counts = (*report.counts, ("estimates left out", agreement.count))
@@ -153,7 +186,9 @@ class AgentCore:
         elif self._reference is None or mission is not self._flown:
             self._flown = mission
             formation, index = flown_place(self._formations, mission, self._rank, self._held)
-            self._reference = Place(formation, index, mission.start)
+            auctioned = self._auction is not None and self._auction.ordered
+            ranks = {} if auctioned else self._neighbour_ranks  # nobody knows the others' places by an auction
+            self._reference = Place(formation, index, mission.start, ranks)
 
     def _refer_by(self, auction: PlaceAuction, phase: Phase) -> None:
         """Set the place as `_refer` does: that which it holds in a formation with an auction; without one, none."""
@@ -167,12 +202,37 @@ class AgentCore:
 
     def _observation(self, heard: Sequence[Heard], now: int) -> Observation:
         """Return what the law observes."""
-        pilot, place, motion = self._pilot, self._reference, self._pilot.motion
-        position, velocity = (None, None) if motion is None else (motion.position, motion.velocity)
+        pilot, place, motion, declared = self._pilot, self._reference, self._pilot.motion, self._declared
+        sight, hearing = self._sight, self._hearing
         t = (now - place.start) / SECOND if place is not None else 0.0
         return Observation(
-            t, pilot.dt, pilot.stamp, position, velocity, (), (), pilot.bodies, heard, (), place, None, now, motion
+            t,
+            pilot.dt,
+            pilot.stamp,
+            motion.position if motion is not None and declared.own & Sense.POSITION else None,
+            motion.velocity if motion is not None and declared.own & Sense.VELOCITY else None,
+            sight.neighbours if sight is not None else (),
+            sight.around if sight is not None else (),
+            pilot.bodies if declared.around else (),
+            hearing.heard if hearing is not None else heard,
+            hearing.news if hearing is not None else (),
+            place,
+            None,
+            now,
+            motion if self._whole else None,
         )
+
+    def _update(self, now: int) -> tuple[float, tuple[int, ...]]:
+        """Update what it sees and hears; return the s for which nobody was, and whom it misses."""
+        silence, missing, born = 0.0, list[int](), self._pilot.born
+        for part in (self._sight, self._hearing):
+            if part is not None:
+                part.update(now)
+                silence, missing = max(silence, part.silence(now, born)), [*missing, *part.missing]
+        if self._relays:
+            silence = max(silence, self._neighbourhood.silence(now, born))
+            missing += self._neighbourhood.missing
+        return silence, tuple(dict.fromkeys(missing))
 
     def _wait(self) -> Vector:
         """Return the velocity, m/s, that keeps the drone where it began to wait for a place."""
@@ -196,7 +256,7 @@ class AgentCore:
             return None
         observation, decision = self._judged
         place, leader = observation.place, decision.message
-        if leader is None or observation.motion is None or place is None:
+        if not isinstance(leader, LeaderMotion) or observation.motion is None or place is None:
             return None
         offset = place.offset((observation.stamp - place.start) / SECOND)
         goal = add(offset, leader.position)
@@ -204,6 +264,8 @@ class AgentCore:
 
     def _error(self, place: Vector | None) -> float:
         """Return the formation error |x_i − h_i − eta_i| of the last step, m; -1 when there is none."""
+        if self._judged is not None and self._judged[1].error is not None and self._judged[0].place is not None:
+            return float(self._judged[1].error)
         motion = self._judged[0].motion if self._judged is not None else None
         return dist(motion.position, place) if motion is not None and place is not None else -1.0
 
@@ -215,7 +277,9 @@ class AgentCore:
         if not flight.order(mission, now):  # a repeated order, or another one is in force
             return
         if flight.mission is not None:
-            self._neighbourhood.leave_out(flight.mission.without)
+            for part in (self._neighbourhood, self._sight, self._hearing):
+                if part is not None:
+                    part.leave_out(flight.mission.without)
             if self._auction is not None:
                 self._auction.order(flight.mission, now)
         self._law.restart()

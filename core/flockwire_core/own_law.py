@@ -14,17 +14,21 @@ from flockwire_core.domain.body import Body, BodyKind
 from flockwire_core.domain.motion import LeaderMotion, Motion
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add
-from flockwire_core.law import Heard, Law, LawSettings, Observation, Place, check_decision
+from flockwire_core.law import Heard, Information, Law, LawSettings, Observation, Place, Seen, Sense, check_decision
 from flockwire_core.objects import load_object
 from flockwire_core.parameters import law_settings
 from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.swarm.tables import Model
 from flockwire_core.swarm.validation import Problem, problems_of
+from flockwire_core.wire.information import information_of, relays
+from flockwire_core.wire.law_form import FormError, law_form
 
 START = 1_790_000_000 * SECOND  # Unix ns of a dry flight
 OFF_PLACE: Vector = (0.1, -0.2, 0.05)  # m, of a drone from its place in a dry step
 IN_FORMATION = "flies in formation"
+MESSAGE_UNDECLARED = "it returns a message, but its information declares none"
+WHOLE = Sense.POSITION | Sense.VELOCITY
 BESIDE: Vector = (0.6, 0.8, 0.0)  # m, from a drone to a nearby body in a dry step
 
 
@@ -68,6 +72,11 @@ def law_problems(swarm: Swarm) -> Iterator[Problem]:
         remedy = f"; {name} must be beside the swarm file, or the module installed" if missing else ""
         yield Problem("control.law", f"{error}{remedy}")
         return
+    declared = getattr(law, "information", Information())
+    if not isinstance(declared, Information):
+        yield Problem("control.law", f"its information must be an Information, not {declared!r}")
+        return
+    yield from (Problem("control.law", rule) for rule in _contradictions(declared, swarm))
     model = getattr(law, "Parameters", NoParameters)
     try:
         model.model_validate_json(json.dumps(swarm.control.parameters))
@@ -76,30 +85,71 @@ def law_problems(swarm: Swarm) -> Iterator[Problem]:
             yield problem._replace(key=f"control.parameters.{problem.key}".rstrip("."), value=problem.value or "")
 
 
+def _contradictions(declared: Information, swarm: Swarm) -> Iterator[str]:
+    """Yield what the law declares but the swarm cannot give, each with its remedy."""
+    edges, named = swarm.graph.edges, {edge[:2] for edge in swarm.graph.edges}
+    try:
+        law_form(declared)
+    except (FormError, NameError) as error:
+        yield str(error)
+    virtual = swarm.leader.kind == "virtual" and any(source == LEADER for source, _ in named)
+    if declared.neighbours and virtual:
+        yield "it sees its neighbours, but leader.kind = 'virtual' has no body to be seen: give the leader one"
+    if declared.around and declared.radius > 0.0 and swarm.avoidance.sensing != "nearby":
+        yield "it sees whoever is around, but avoidance.sensing = 'neighbours' has no sensor for that: use 'nearby'"
+    if swarm.avoidance.sensing == "neighbours" and not _knows_positions(declared):
+        yield "it may not know its neighbours' positions, which avoidance.sensing = 'neighbours' sends: use 'nearby'"
+    if not declared.directed:
+        lonely = [(j, i) for j, i in named if LEADER not in (i, j) and (i, j) not in named]
+        weights = {edge[:2]: edge[2] for edge in edges}
+        uneven = [(j, i) for j, i in named if (i, j) in named and weights[j, i] != weights[i, j]]
+        if lonely or uneven:
+            j, i = min(lonely or uneven)
+            yield f"it needs a symmetric graph: add the edge [{i}, {j}] to graph.edges, with the weight of [{j}, {i}]"
+    if swarm.auctioned and declared.message is not LeaderMotion:
+        yield "places by an auction need a law that relays the leader (information = RELAYING): name the places"
+
+
+def _knows_positions(declared: Information) -> bool:
+    return bool(declared.neighbours & Sense.POSITION) or declared.message is LeaderMotion
+
+
 def law_failures(swarm: Swarm) -> Iterator[Problem]:
     """Make the law of every follower, and take dry steps with it, to find errors before a flight."""
+    form = law_form(information_of(swarm))
     for number in swarm.followers if swarm.control.own_law else ():
         when = "is made"
         try:
             law = make_law(law_object(swarm), law_settings(swarm, number))
-            for situation in dry_flight(swarm, number):
+            said = list[object]()
+            for situation in dry_flight(swarm, number, said):
                 when, observation = situation
-                check_decision(law.step(observation))
+                decision = law.step(observation)
+                check_decision(decision)
+                if form is not None and decision.message is not None:
+                    said.append(form.unpack(form.pack(decision.message)))
+                elif form is None and decision.message is not None and not relays(swarm):
+                    raise ValueError(f"{MESSAGE_UNDECLARED}: {decision.message!r}")
         except Exception as error:  # a user's class may raise anything
             yield Problem("control.law", f"fails when that of {uav(number)} {when}: {_raised(error)}")
             return
 
 
-def dry_flight(swarm: Swarm, number: int) -> Iterator[tuple[str, Observation]]:
-    """Yield what the law of follower `number` observes in a few steps, each with its situation, to follow `when it`."""
+def dry_flight(swarm: Swarm, number: int, said: list[object]) -> Iterator[tuple[str, Observation]]:
+    """Yield what the law of follower `number` observes in a few steps, each with its situation, to follow `when it`.
+
+    It observes what it declares; its neighbours send what it has `said` itself, or their estimates.
+    """
+    declared = information_of(swarm)
     period = 1.0 / swarm.control.rate_hz
     leader = add(swarm.drone(LEADER).start if LEADER in swarm.flying else ZERO, (0.0, 0.0, swarm.limits.takeoff_height))
     rank = swarm.followers.index(number)
-    place = Place(swarm.build_formation(), rank, START)
+    estimates = swarm.topology.neighbours(number)
+    ranks = {j: swarm.followers.index(j) for j in estimates if j != LEADER}
+    place = Place(swarm.build_formation(), rank, START, ranks)
     start, flown = swarm.drone(number).start, add(add(leader, place.offset(0.0)), OFF_PLACE)
     kinds = (BodyKind.DRONE, BodyKind.OBSTACLE) if swarm.obstacles else (BodyKind.DRONE,)
     bodies = tuple([Body(kind, BESIDE, 0.0) for kind in kinds])
-    estimates = swarm.topology.neighbours(number)
     for step, (when, position, reference) in enumerate(
         (
             ("has no pose yet", None, None),
@@ -110,20 +160,42 @@ def dry_flight(swarm: Swarm, number: int) -> Iterator[tuple[str, Observation]]:
     ):
         now = START + round(step * period * SECOND)
         motion = Motion(position, ZERO, position) if position is not None else None
-        heard = [Heard(j, weight, j == LEADER, now, step, LeaderMotion(leader)) for j, weight in estimates.items()]
+        content = LeaderMotion(leader) if relays(swarm) else said[-1] if said else None
+        heard = [Heard(j, weight, j == LEADER, now, step, content) for j, weight in estimates.items()]
+        heard = heard if motion is not None and content is not None else []
+        seen = [_seen(declared.neighbours, j, weight) for j, weight in estimates.items()]
+        around = [_seen(declared.around, number + 1 if declared.named else -1, 0.0)] if declared.radius else []
         near = bodies if reference is not None else ()
         yield when, Observation(
-            t=(now - START) / SECOND if reference is not None else 0.0, dt=period, stamp=now, position=position,
-            velocity=ZERO if motion is not None else None, bodies=near, heard=heard if motion is not None else (),
-            place=reference, now=now, motion=motion,
+            t=(now - START) / SECOND if reference is not None else 0.0, dt=period, stamp=now,
+            position=position if declared.own & Sense.POSITION else None,
+            velocity=ZERO if declared.own & Sense.VELOCITY and motion is not None else None,
+            neighbours=seen if declared.neighbours and motion is not None else (),
+            around=around if declared.around and motion is not None else (),
+            bodies=near if declared.around else (), heard=heard, news=() if relays(swarm) else heard,
+            place=reference, now=now, motion=motion if declared.own & WHOLE == WHOLE else None,
         )  # fmt: skip
+
+
+def _seen(sense: Sense, number: int, weight: float) -> Seen:
+    """Return a drone that is seen beside another in a dry step."""
+    return Seen(
+        number,
+        weight,
+        number == LEADER,
+        (0.6, 0.8, 0.0) if sense & Sense.BEARING else None,
+        1.0 if sense & Sense.DISTANCE else None,
+        BESIDE if sense & Sense.POSITION else None,
+        ZERO if sense & Sense.VELOCITY else None,
+    )
 
 
 def step_time(swarm: Swarm, read: Callable[[], int]) -> float:
     """Return the s that a step in formation takes at least, by the clock `read` (ns); raises what the law raises."""
     number = swarm.followers[0]
     law, spent = make_law(law_object(swarm), law_settings(swarm, number)), []
-    for when, observation in dry_flight(swarm, number):
+    said = list[object]()
+    for when, observation in dry_flight(swarm, number, said):
         began = read()
         law.step(observation)
         if when == IN_FORMATION:

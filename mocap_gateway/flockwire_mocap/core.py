@@ -22,6 +22,7 @@ from flockwire_core.process.cores import Ground, Start, Store
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.cdr import MessageError
 from flockwire_core.wire.codec import Message, decode, encode
+from flockwire_core.wire.information import sees
 from flockwire_core.wire.keys import MISSION, PROPOSAL, Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.processes import Roster
@@ -29,6 +30,7 @@ from flockwire_core.wire.status import APART, Report, Status
 
 from flockwire_mocap.claim import Claim, in_order, owner
 from flockwire_mocap.field_bodies import FieldBodies, Stray
+from flockwire_mocap.relative_sensor import RelativeSensor
 from flockwire_mocap.tracking import NO_FRAMES, Source
 
 REPEAT: Final = SECOND // 2  # ns between two repetitions of the newest order
@@ -60,6 +62,8 @@ class GatewayCore(Ground):
         self._sensing = frozenset(swarm.flying) if swarm.avoidance.sensing == "nearby" else frozenset()
         self._nearby_keys = {i: Key("nearby", uav(i)) for i in swarm.flying}
         self._pose_keys = {i: Key("pose", uav(i)) for i in swarm.tracked}
+        self._seen_keys = {i: Key("seen", uav(i)) for i in swarm.followers}
+        self._sensor = RelativeSensor(swarm) if sees(swarm) else None
         self._field = FieldBodies(swarm)
         roster = Roster(swarm)
         self._pilots = {roster.pilot[i]: i for i in swarm.flying}
@@ -83,7 +87,7 @@ class GatewayCore(Ground):
         return self.source.complete()
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
-        """Publish what was tracked; for each drone what is near it first, then its pose."""
+        """Publish what was tracked; for each drone what it senses first, then its pose."""
         frame, messages = self._swarm.frame, list[tuple[Key, Message]]()
         tracked = self._claims(now)
         for claim in tracked:
@@ -95,11 +99,15 @@ class GatewayCore(Ground):
                 self._field.see_drone(claim)
         if tracked and self._sensing:
             self._field.arrange(tracked[-1].stamp)
+        known = [claim for claim in tracked if claim.drone not in self._strays] if self._sensor is not None else []
+        seen = self._sensor.see(known) if self._sensor is not None else {}
         for claim in tracked:
             drone, stamp, position = claim.drone, claim.stamp, claim.position
             if drone in self._sensing:
                 bodies = self._field.near(drone, position)
                 messages.append((self._nearby_keys[drone], Nearby(stamp, frame, bodies)))
+            if drone in seen:
+                messages.append((self._seen_keys[drone], seen.pop(drone)))
             messages.append((self._pose_keys[drone], Pose(stamp, frame, position, claim.orientation)))
         if self._log.order is not None and now >= self._repeat_at:
             self._repeat_at = now + REPEAT

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import tomli_w
-from flockwire.law import SECOND, Decision, LawSettings, LeaderMotion, Observation
+from flockwire.law import RELAYING, SECOND, Decision, LawSettings, LeaderMotion, Observation
 from flockwire_core import law
 from flockwire_core.law import check_decision
 from flockwire_core.loading import SwarmFileError
@@ -28,6 +28,8 @@ SOON = 20  # steps of a law after which it fails: more than `check` takes
 
 class Failing:
     """Flies into the sky, then fails."""
+
+    information = RELAYING
 
     def __init__(self, settings: LawSettings) -> None:
         self.number, self.steps = settings.number, 0
@@ -235,10 +237,12 @@ def test_the_traceback_is_in_the_log(fly_law: Callable[[str], Any], caplog: pyte
 
 
 LAW_FILE = """
-from flockwire.law import Decision, LeaderMotion
+from flockwire.law import RELAYING, Decision, LeaderMotion
 {imports}
 
 class Law:
+    information = RELAYING
+
     def __init__(self, settings):
         self.steps = 0
 

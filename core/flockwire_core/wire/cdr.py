@@ -106,6 +106,10 @@ class Writer:
         self.length(len(data))
         self._data.write(data)
 
+    def raw(self, data: bytes) -> None:
+        """Append fields that are aligned already."""
+        self._data.write(data)
+
     def texts(self, values: tuple[str, ...], fields: int = 1) -> None:
         """Append a sequence of strings, or of messages that are so many strings each."""
         self.length(len(values) // fields)
@@ -217,7 +221,10 @@ class Reader:
 
     def octets(self) -> bytes:
         """Take a sequence of bytes."""
-        size = self.unsigned()
+        return self.raw(self.unsigned())
+
+    def raw(self, size: int) -> bytes:
+        """Take `size` bytes."""
         at = self._take(0, size)
         return self._data[at : at + size]
 

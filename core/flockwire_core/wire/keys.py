@@ -16,6 +16,7 @@ from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.airframe import Command, Telemetry
 from flockwire_core.domain.bids import Bids
 from flockwire_core.domain.body import Nearby
+from flockwire_core.domain.law_message import LawMessage
 from flockwire_core.domain.motion import Estimate
 from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.domain.pose import Pose
@@ -24,6 +25,7 @@ from flockwire_core.domain.time import SECOND, TimeReply, TimeRequest
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.batch import LARGEST, PERIOD, Batch
 from flockwire_core.wire.codec import Message
+from flockwire_core.wire.information import relays, sees, speakers
 from flockwire_core.wire.processes import (
     AGENT,
     DRIVER,
@@ -37,6 +39,7 @@ from flockwire_core.wire.processes import (
     Process,
     Roster,
 )
+from flockwire_core.wire.sighting import Sighting
 from flockwire_core.wire.status import Status
 
 TIME_REQUEST = "time_request"
@@ -150,11 +153,11 @@ def _neighbours(roster: Roster, owner: Owner) -> tuple[str, ...]:
 
 
 def _led(roster: Roster, owner: Owner) -> tuple[str, ...]:
-    """Name the agents with an edge from the leader, if the owner is its pilot: they need its status.
+    """Name the agents with an edge from the leader, if the owner is its pilot and the law relays its motion.
 
     A tracked leader leads while its pose arrives, so its status is not needed.
     """
-    leads = owner.name == roster.pilot[LEADER] and roster.swarm.leader.kind != "tracked"
+    leads = owner.name == roster.pilot[LEADER] and roster.swarm.leader.kind != "tracked" and relays(roster.swarm)
     return _neighbours(roster, owner) if leads else ()
 
 
@@ -195,9 +198,9 @@ def _pose_source(roster: Roster, owner: Owner) -> tuple[str, ...]:
 
 
 def _pose_readers(roster: Roster, owner: Owner) -> tuple[str, ...]:
-    """Name the drone itself, and its out-neighbours if they need the pose: the leader's, or for avoidance."""
+    """Name the drone itself, and its out-neighbours if they need the pose: the leader's to relay, or for avoidance."""
     pilot = () if _virtual(roster, owner) else _pilot(roster, owner)
-    needed = owner.drone == LEADER or roster.swarm.avoidance.sensing == "neighbours"
+    needed = (owner.drone == LEADER and relays(roster.swarm)) or roster.swarm.avoidance.sensing == "neighbours"
     return (*pilot, *(_neighbours(roster, owner) if needed else ()))
 
 
@@ -215,7 +218,9 @@ def _other_hosts(roster: Roster) -> tuple[Owner, ...]:
 
 
 _FLYING = _drones(lambda swarm: swarm.flying)
-_FOLLOWERS = _drones(lambda swarm: swarm.followers)
+_RELAYING = _drones(lambda swarm: swarm.followers if relays(swarm) else ())
+_SPEAKING = _drones(speakers)
+_SEEING = _drones(lambda swarm: swarm.followers if sees(swarm) else ())
 _BIDDERS = _drones(lambda swarm: swarm.followers if swarm.auctioned else ())
 _SIGNALLING = _drones(lambda swarm: swarm.followers if swarm.control.own_law else ())
 _POSED = _drones(lambda swarm: tuple(sorted({LEADER, *swarm.tracked})))
@@ -227,7 +232,9 @@ TABLE = (
     KeyRow("truth", Pose, _SIMULATED, _all(KINEMATICS), _cameras, 1000, 512),
     KeyRow("nearby", Nearby, _SENSED, _all(GATEWAY), _pilot, 1000, 16384),
     KeyRow("pose", Pose, _POSED, _pose_source, _any_of(_pose_readers, _turning_driver, _all(ROS)), 1000, 512),
-    KeyRow("estimate", Estimate, _FOLLOWERS, _pilot, _any_of(_neighbours, _all(ROS)), 1000, 512),
+    KeyRow("seen", Sighting, _SEEING, _all(GATEWAY), _pilot, 1000, 65536),
+    KeyRow("estimate", Estimate, _RELAYING, _pilot, _any_of(_neighbours, _all(ROS)), 1000, 512),
+    KeyRow("law", LawMessage, _SPEAKING, _pilot, _neighbours, 1000, 20480),
     KeyRow("bids", Bids, _BIDDERS, _pilot, _neighbours, 1000, 16384, occasional=True),
     KeyRow("signals", Signals, _SIGNALLING, _pilot, _all(), 1000, 8192, occasional=True),
     KeyRow("command", Command, _FLYING, _pilot, _any_of(_driver, _all(ROS)), 1000, 512),

@@ -7,6 +7,7 @@ import re
 from flockwire_core.domain.airframe import Command, Telemetry
 from flockwire_core.domain.bids import Bids
 from flockwire_core.domain.body import Nearby
+from flockwire_core.domain.law_message import LawMessage
 from flockwire_core.domain.motion import Estimate
 from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.domain.pose import Pose
@@ -14,6 +15,7 @@ from flockwire_core.domain.signals import Signals
 from flockwire_core.domain.time import TimeReply, TimeRequest
 from flockwire_core.wire.batch import Batch
 from flockwire_core.wire.codec import Message
+from flockwire_core.wire.sighting import Sighting
 from flockwire_core.wire.status import Status
 
 ROS_TYPES: dict[type[Message], str] = {
@@ -22,6 +24,8 @@ ROS_TYPES: dict[type[Message], str] = {
     Command: "geometry_msgs/msg/TwistStamped",
     Nearby: "flockwire_msgs/msg/NearbyBodies",
     Bids: "flockwire_msgs/msg/Bids",
+    LawMessage: "flockwire_msgs/msg/LawMessage",
+    Sighting: "flockwire_msgs/msg/Sighting",
     Signals: "flockwire_msgs/msg/Signals",
     Telemetry: "flockwire_msgs/msg/Telemetry",
     Mission: "flockwire_msgs/msg/Mission",
@@ -54,6 +58,16 @@ DEFINITIONS = {
     "flockwire_msgs/msg/NearbyBodies": "std_msgs/Header header\nflockwire_msgs/NearbyBody[] bodies",
     "flockwire_msgs/msg/Bid": "float64 price\nint32 bidder",
     "flockwire_msgs/msg/Bids": ("std_msgs/Header header\nflockwire_msgs/OrderVersion order\nflockwire_msgs/Bid[] bids"),
+    "flockwire_msgs/msg/LawMessage": (
+        "std_msgs/Header header\nuint64 epoch\nuint64 sequence\nflockwire_msgs/LawContent[] contents"
+    ),
+    "flockwire_msgs/msg/LawContent": "uint64 stamp",  # and the fields of the law's message
+    "flockwire_msgs/msg/SeenDrone": (
+        "int32 number\nfloat64 age\nfloat64[] bearing\nfloat64[] distance\nfloat64[] position\nfloat64[] velocity"
+    ),
+    "flockwire_msgs/msg/Sighting": (
+        "std_msgs/Header header\nflockwire_msgs/SeenDrone[] neighbours\nflockwire_msgs/SeenDrone[] around"
+    ),
     "flockwire_msgs/msg/Signal": "string name\nfloat64 value",
     "flockwire_msgs/msg/Signals": "std_msgs/Header header\nflockwire_msgs/Signal[] values",
     "flockwire_msgs/msg/Telemetry": (

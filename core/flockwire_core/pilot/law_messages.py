@@ -1,0 +1,130 @@
+"""The messages of a law from drone to drone: repeated to who missed them, in order, with a sign of life.
+
+No receiver confirms: a reverse key would be an edge that the graph does not have. A sender repeats its newest messages
+as often as it sends, so that a receiver misses one only after a silence of that many.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Container, Mapping
+from typing import Any, Final
+
+from flockwire_core.domain.law_message import LawMessage
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.law import Heard, Pace
+from flockwire_core.pilot.phases import age
+from flockwire_core.wire.cdr import MessageError
+from flockwire_core.wire.law_form import LawForm
+
+HEARTBEAT: Final = SECOND // 20  # ns between two signs of life
+MOST_KEPT: Final = 32  # messages that are repeated, at most
+LARGEST_KEPT: Final = 16384  # bytes of them
+MOST_NEWS: Final = 256  # of a neighbour, between two steps
+
+
+class LawSender:
+    """Sends the messages of one drone's law at its `pace`; the process was started at `born` (Unix ns)."""
+
+    def __init__(self, form: LawForm, pace: Pace, frame: str, born: int) -> None:
+        self._form, self._frame, self._born = form, frame, born
+        most = 1 if pace is Pace.STEP else max(1, min(MOST_KEPT, LARGEST_KEPT // (form.size + 8)))
+        self._repeats = pace is not Pace.STEP
+        self._kept: deque[tuple[int, bytes]] = deque(maxlen=most)
+        self._sequence, self._sent = 0, 0
+
+    def send(self, message: object, now: int, stamp: int = 0) -> LawMessage | None:
+        """Return what to publish at `now` (Unix ns) for the law's `message`, None: it has none in this step.
+
+        The message is valid for `stamp` (0: now). Raises ValueError or TypeError for one of another form.
+        """
+        if message is not None:
+            self._kept.append((stamp or now, self._form.pack(message)))
+            self._sequence += 1
+        elif 0 <= now - self._sent < HEARTBEAT:
+            return None
+        self._sent = now
+        contents = tuple(self._kept) if message is not None or self._repeats else ()
+        return LawMessage(now, self._frame, self._born, self._sequence, contents)
+
+
+class Speaker:
+    """One in-neighbour j whose messages are received, with w_ij and whether it is a leader."""
+
+    def __init__(self, number: int, weight: float, leads: bool, form: LawForm) -> None:
+        self.stamp = 0  # of its last sign of life, Unix ns
+        self.newest: Heard | None = None
+        self.news: list[Heard] = []
+        self.lost = self.rejected = 0  # messages missed for good; messages of another form
+        self._number, self._weight, self._leads, self._form = number, weight, leads, form
+        self._epoch = self._sequence = 0
+
+    def take(self, message: LawMessage) -> None:
+        """Receive its newest messages: those that are new, in order."""
+        if message.epoch != self._epoch:  # its process was started, or this one
+            self._epoch, self._sequence = message.epoch, 0
+        self.stamp = message.stamp
+        number = message.sequence - len(message.contents)
+        for stamp, data in message.contents:
+            number += 1
+            if number <= self._sequence:
+                continue
+            try:
+                content: Any = self._form.unpack(data)
+            except MessageError:
+                self.rejected += 1
+                continue
+            self.lost += number - self._sequence - 1 if self._sequence else 0
+            self._sequence = number
+            self.newest = Heard(self._number, self._weight, self._leads, stamp, number, content)
+            if len(self.news) < MOST_NEWS:
+                self.news.append(self.newest)
+
+
+class Hearing:
+    """The messages of all in-neighbours of one drone, by their `weights`; those of `leaders` say so.
+
+    A neighbour whose process is silent for `silence` s is `missing`, however old its last message may be; at the pace
+    STEP a message is used no longer than that either.
+    """
+
+    def __init__(
+        self, weights: Mapping[int, float], leaders: Container[int], form: LawForm, pace: Pace, silence: float
+    ) -> None:
+        self.speakers = {j: Speaker(j, weight, j in leaders, form) for j, weight in weights.items()}
+        self._ages, self._silence, self._left_out = pace is Pace.STEP, nanoseconds(silence), frozenset[int]()
+        self.missing: tuple[int, ...] = ()  # of the last update
+        self.heard: list[Heard] = []
+        self.news: list[Heard] = []
+
+    def take(self, j: int) -> Callable[[LawMessage], None]:
+        """Return the handler of neighbour j's messages."""
+        return self.speakers[j].take
+
+    def leave_out(self, drones: Container[int]) -> None:
+        """Ignore `drones` until called again."""
+        self._left_out = frozenset([j for j in self.speakers if j in drones])
+
+    def update(self, now: int) -> None:
+        """Update what is heard at `now` (Unix ns): of each neighbour the newest message, and all since then."""
+        oldest = now - self._silence
+        heard, news, missing = list[Heard](), list[Heard](), list[int]()
+        for j, speaker in self.speakers.items():
+            arrived, speaker.news = speaker.news, []
+            if j in self._left_out:
+                continue
+            news += arrived
+            if speaker.stamp < oldest:
+                missing.append(j)
+            elif speaker.newest is not None and not (self._ages and speaker.newest.stamp < oldest):
+                heard.append(speaker.newest)
+        self.heard, self.news, self.missing = heard, news, tuple(missing)
+
+    def silence(self, now: int, since: int) -> float:
+        """Return the age, s, of the newest sign of life; without any, the time since `since`; 0 if none is expected."""
+        stamps = [speaker.stamp for j, speaker in self.speakers.items() if j not in self._left_out]
+        return age(max(since, *stamps), now) if stamps else 0.0
+
+    def oldest(self, now: int) -> float:
+        """Return the largest age, s, of a neighbour's last sign of life; NEVER if one has not given any."""
+        return max([age(s.stamp, now) for j, s in self.speakers.items() if j not in self._left_out], default=0.0)

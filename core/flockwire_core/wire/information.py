@@ -1,0 +1,45 @@
+"""What the law of a swarm declares; keys, access control and gateway follow from it."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from flockwire_core.domain.motion import LeaderMotion
+from flockwire_core.law import Information, Sense
+from flockwire_core.objects import load_object
+from flockwire_core.swarm.laws import law_object
+from flockwire_core.swarm.model import Swarm
+
+NOTHING = Information()
+
+
+def information_of(swarm: Swarm) -> Information:
+    """Return what the law declares: nothing for one that cannot be loaded, as where only its trace is read."""
+    try:
+        return _declared(law_object(swarm))
+    except Exception:
+        return NOTHING
+
+
+@lru_cache(maxsize=16)
+def _declared(law: str) -> Information:
+    found = getattr(load_object(law), "information", NOTHING)
+    if not isinstance(found, Information):
+        raise TypeError(f"information = {found!r}: must be an Information")
+    return found
+
+
+def relays(swarm: Swarm) -> bool:
+    """Return whether the law relays estimates of the leader."""
+    return information_of(swarm).message is LeaderMotion
+
+
+def speakers(swarm: Swarm) -> tuple[int, ...]:
+    """Return who sends the law's own messages: the followers; nobody without any."""
+    return swarm.followers if information_of(swarm).message not in (None, LeaderMotion) else ()
+
+
+def sees(swarm: Swarm) -> bool:
+    """Return whether the law sees drones."""
+    declared = information_of(swarm)
+    return declared.neighbours is not Sense.NOTHING or (declared.around is not Sense.NOTHING and declared.radius > 0.0)

@@ -1,0 +1,115 @@
+"""What each drone sees of others as its law declares it: relative, at one time for both ends, and no more."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Final
+
+from flockwire_core.control.tracker import AccelerationTracker
+from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.domain.vector import Vector
+from flockwire_core.law import Seen, Sense
+from flockwire_core.swarm.model import Swarm
+from flockwire_core.wire.information import information_of
+from flockwire_core.wire.sighting import Sighting
+
+from flockwire_mocap.claim import Claim
+from flockwire_mocap.field_bodies import FEW, Vicinity
+
+TIME_CONSTANT = 0.05  # s, of the trackers: their velocity is not late while the acceleration is constant
+FORGET: Final = SECOND  # ns unseen after which a track restarts
+
+
+class Track:
+    """One drone as the tracker sees it."""
+
+    def __init__(self, position: Vector, stamp: int) -> None:
+        self.position, self.stamp = position, stamp  # m; Unix ns
+        self._epoch = stamp
+        self._tracker = AccelerationTracker(TIME_CONSTANT, position, 0.0)
+
+    def update(self, position: Vector, stamp: int) -> None:
+        """Receive a newer position, m."""
+        self.position, self.stamp = position, stamp
+        self._tracker.update(position, (stamp - self._epoch) / SECOND)
+
+    def at(self, stamp: int) -> tuple[Vector, Vector]:
+        """Return position, m, and velocity, m/s, predicted to `stamp`; at the time of a pose, that pose."""
+        dt = (stamp - self.stamp) / SECOND
+        (x, y, z), (vx, vy, vz), (ax, ay, az) = self.position, self._tracker.velocity, self._tracker.acceleration
+        half = 0.5 * dt * dt
+        return (
+            (x + dt * vx + half * ax, y + dt * vy + half * ay, z + dt * vz + half * az),
+            (vx + dt * ax, vy + dt * ay, vz + dt * az),
+        )
+
+
+class RelativeSensor:
+    """The relative sensors of all followers of `swarm`.
+
+    Both ends of an edge are taken at the time of the newest pose of a step: those of one tracker frame are as
+    measured, a body reported by itself, or lost for less than `staleness.pose_zero`, is predicted to it.
+    """
+
+    def __init__(self, swarm: Swarm) -> None:
+        self._declared, self._frame = information_of(swarm), swarm.frame
+        self._neighbours = {i: tuple(swarm.topology.neighbours(i)) for i in swarm.followers}
+        self._lost_after = nanoseconds(swarm.limits.staleness.pose_zero)
+        self._tracks: dict[int, Track] = {}
+
+    def see(self, claims: list[Claim]) -> dict[int, Sighting]:
+        """Receive a step's drones, in order of time; return what each follower among them sees."""
+        for claim in claims:
+            track = self._tracks.get(claim.drone)
+            if track is not None and claim.stamp - track.stamp < FORGET:
+                track.update(claim.position, claim.stamp)
+            else:
+                self._tracks[claim.drone] = Track(claim.position, claim.stamp)
+        if not claims:
+            return {}
+        stamp, declared = claims[-1].stamp, self._declared
+        here = {j: one.at(stamp) for j, one in self._tracks.items() if stamp - one.stamp <= self._lost_after}
+        radius = declared.radius if declared.around is not Sense.NOTHING else 0.0
+        drones = list(here)
+        vicinity = Vicinity([here[j][0] for j in drones], radius) if radius > 0.0 and len(drones) > FEW else None
+        found: dict[int, Sighting] = {}
+        for i in dict.fromkeys([claim.drone for claim in claims]):
+            if i not in self._neighbours or i not in here:
+                continue
+            neighbours = [self._seen(i, j, here, stamp, declared.neighbours) for j in self._neighbours[i] if j in here]
+            around: list[Seen] = []
+            if radius > 0.0:
+                near = drones if vicinity is None else [drones[k] for k in vicinity.round(here[i][0])]
+                around = [
+                    self._seen(i, j, here, stamp, declared.around, declared.named)
+                    for j in near
+                    if j != i and _apart(here[i][0], here[j][0]) < radius
+                ]
+            seen = tuple(neighbours) if declared.neighbours is not Sense.NOTHING else ()
+            found[i] = Sighting(stamp, self._frame, seen, tuple(around))
+        return found
+
+    def _seen(
+        self, i: int, j: int, here: dict[int, tuple[Vector, Vector]], stamp: int, sense: Sense, named: bool = True
+    ) -> Seen:
+        """Return what drone i senses of drone j, and nothing else."""
+        (own, own_velocity), (other, velocity) = here[i], here[j]
+        position = (other[0] - own[0], other[1] - own[1], other[2] - own[2])
+        distance = _apart(own, other)
+        bearing = None
+        if Sense.BEARING in sense and distance > 0.0:
+            bearing = (position[0] / distance, position[1] / distance, position[2] / distance)
+        relative = (velocity[0] - own_velocity[0], velocity[1] - own_velocity[1], velocity[2] - own_velocity[2])
+        return Seen(
+            j if named else -1,
+            bearing=bearing,
+            distance=distance if Sense.DISTANCE in sense else None,
+            position=position if Sense.POSITION in sense else None,
+            velocity=relative if Sense.VELOCITY in sense else None,
+            age=(stamp - min(self._tracks[i].stamp, self._tracks[j].stamp)) / SECOND,
+        )
+
+
+def _apart(p: Vector, q: Vector) -> float:
+    x, y, z = q[0] - p[0], q[1] - p[1], q[2] - p[2]
+    return sqrt(x * x + y * y + z * z)
