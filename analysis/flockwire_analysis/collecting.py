@@ -34,17 +34,12 @@ class _Publisher:
     `rate` is its largest number of messages per s, `columns` are where they go: None for a key that is unknown.
     """
 
-    def __init__(self, repeated: bool, judged: bool, rate: int, columns: Columns | None, begin: int) -> None:
+    def __init__(self, repeated: bool, judged: bool, rate: int, columns: Columns | None) -> None:
         self.repeated, self.judged, self.rate, self.columns = repeated, judged, rate, columns
-        self.begin = self.end = begin  # Unix ns
         self.sequences = array("q")
         self.last: Status | None = None
         self.cpu = 0.0
         self.links: set[str] = set()
-
-    def lost(self) -> int:
-        """Return the number of missing messages between the first and the last recorded one."""
-        return count_lost(self.sequences, self.rate, self.end - self.begin)
 
 
 class Collector:
@@ -80,9 +75,8 @@ class Collector:
         logged = self._log_time(logged)
         publisher = self._publishers.get(channel)
         if publisher is None:
-            publisher = self._publishers[channel] = self._make_publisher(key, logged)
+            publisher = self._publishers[channel] = self._make_publisher(key)
         publisher.sequences.append(sequence)
-        publisher.end = max(publisher.end, logged)
         self._end = max(self._end, logged)
         if logged < self._begin or not self._begin:
             self._begin = logged
@@ -91,11 +85,11 @@ class Collector:
         elif key.kind not in WATCHED or self._watch(publisher, channel, key, message):
             publisher.columns.add(message, publication_time(published, logged), logged, sequence)
 
-    def _make_publisher(self, key: Key | None, begin: int) -> _Publisher:
+    def _make_publisher(self, key: Key | None) -> _Publisher:
         if key is None:
-            return _Publisher(False, True, 0, None, begin)
+            return _Publisher(False, True, 0, None)
         columns = self._columns.setdefault(key, Columns(key.kind))
-        return _Publisher(is_repeated(key.kind), key in self.plan.judged, ROWS[key.kind].rate, columns, begin)
+        return _Publisher(is_repeated(key.kind), key in self.plan.judged, ROWS[key.kind].rate, columns)
 
     def _watch(self, publisher: _Publisher, channel: Hashable, key: Key, message: Message) -> bool:
         """Take a message of orders or statuses; returns whether it is no forgery."""
@@ -194,5 +188,5 @@ class Collector:
 
         A repeated message may have no link after its process was stopped for a while.
         """
-        publishers = self._publishers.values()
-        return sum(one.lost() for one in publishers if one.judged == judged and not one.repeated)
+        publishers = [one for one in self._publishers.values() if one.judged == judged and not one.repeated]
+        return sum(count_lost(one.sequences, one.rate, self._end - self._begin) for one in publishers)

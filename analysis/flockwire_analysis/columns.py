@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from array import array
 from math import hypot, inf
+from struct import Struct
 from typing import Final
 
 from flockwire_core.domain.airframe import Command, Telemetry
@@ -18,38 +19,48 @@ _WIDTHS: Final[dict[type[Message], int]] = {Pose: 3 + 4, Estimate: 6, Command: 3
 
 
 class Columns:
-    """Collects the rows of one series: the messages of a key of this `kind`, and the moving bodies in them."""
+    """Collects the rows of one series: the messages of a key of this `kind`, and the moving bodies in them.
+
+    `rows` are packed: four integers, stamp, times of publication and logging (Unix ns) and the publisher's count, then
+    `width` doubles.
+    """
 
     def __init__(self, kind: str) -> None:
-        self.times = array("q")
-        self.values = array("d")
+        self.rows = bytearray()
         self.width = _WIDTHS.get(ROWS[kind].message, 0)
         self.oriented = ROWS[kind].message is Pose
         self.sensed_at = array("q")
         self.sensed = array("d")
         self.signals: dict[str, tuple[array[int], array[float]]] = {}
+        self._pack = Struct(f"<4q{self.width}d").pack
 
     def add(self, message: Message, published: int, logged: int, sequence: int) -> None:
         """Add a message, with its times of publication and logging (Unix ns), and its publisher's count."""
-        self.times.extend((message.stamp, published, logged, sequence))
+        stamp, pack = message.stamp, self._pack
         match message:
             case Pose():
-                self.values.extend((*message.position, *message.orientation))
+                (x, y, z), (i, j, k, w) = message.position, message.orientation
+                self.rows += pack(stamp, published, logged, sequence, x, y, z, i, j, k, w)
             case Estimate():
-                self.values.extend((*message.motion.position, *message.motion.velocity))
+                (x, y, z), (vx, vy, vz) = message.motion.position, message.motion.velocity
+                self.rows += pack(stamp, published, logged, sequence, x, y, z, vx, vy, vz)
             case Command():
-                self.values.extend(message.velocity)
+                vx, vy, vz = message.velocity
+                self.rows += pack(stamp, published, logged, sequence, vx, vy, vz)
             case Telemetry():
-                self.values.extend((message.state, message.battery, message.height, message.command_age))
+                reported = (float(message.state), message.battery, message.height, message.command_age)
+                self.rows += pack(stamp, published, logged, sequence, *reported)
             case Nearby():
                 movers = [body for body in message.bodies if body.kind is BodyKind.MOVER]
                 for body in movers:
-                    self.sensed_at.append(message.stamp)
+                    self.sensed_at.append(stamp)
                     self.sensed.extend((*body.relative_position, body.radius))
                 gaps = [hypot(*body.relative_position) - body.radius for body in movers]
-                self.values.append(min(gaps, default=inf))
-            case Signals():
-                for name, value in message.values:
-                    stamps, values = self.signals.setdefault(name, (array("q"), array("d")))
-                    stamps.append(message.stamp)
-                    values.append(value)
+                self.rows += pack(stamp, published, logged, sequence, min(gaps, default=inf))
+            case _:
+                self.rows += pack(stamp, published, logged, sequence)
+        if isinstance(message, Signals):
+            for name, value in message.values:
+                stamps, values = self.signals.setdefault(name, (array("q"), array("d")))
+                stamps.append(stamp)
+                values.append(value)

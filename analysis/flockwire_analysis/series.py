@@ -78,10 +78,9 @@ def signals_of(columns: Columns) -> dict[str, Signal]:
 
 def series_of(columns: Columns) -> Series:
     """Return the added messages, in the order of their stamps."""
-    times = np.array(columns.times, np.int64).reshape(-1, 4)
-    order = np.argsort(times[:, 0], kind="stable")
-    rows = np.array(columns.values, np.float64).reshape(len(times), columns.width)[order]
-    values, orientations = np.split(rows, [3 if columns.oriented else columns.width], axis=1)
-    stamps, published, logged, sequences = np.ascontiguousarray(times[order].T)
-    np.clip(values, -NOWHERE, NOWHERE, out=values, where=np.isfinite(values))
+    rows = np.frombuffer(bytes(columns.rows), [("times", "<i8", 4), ("values", "<f8", columns.width)])
+    rows = rows[np.argsort(rows["times"][:, 0], kind="stable")]
+    values, orientations = np.split(rows["values"], [3 if columns.oriented else columns.width], axis=1)
+    stamps, published, logged, sequences = np.ascontiguousarray(rows["times"].T)
+    values = np.where(np.isfinite(values), values.clip(-NOWHERE, NOWHERE), values)
     return Series(stamps, published, logged, sequences, values, orientations)

@@ -49,7 +49,7 @@ class TraceInMemory:
     def take(self, published: Published) -> None:
         """Collect one message."""
         self._collector.add(
-            (published.publisher, published.key), published.key, published.message, published.sequence, published.sent,
+            published.publisher, published.key, published.message, published.sequence, published.sent,
             published.at,
         )  # fmt: skip
 
