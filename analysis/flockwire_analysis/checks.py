@@ -13,7 +13,7 @@ from flockwire_analysis.conformance import deviations
 from flockwire_analysis.key_figures import Check, PhaseFigures, Summary
 from flockwire_analysis.phases import formation_phases, shared_places
 from flockwire_analysis.recorded import Trace
-from flockwire_analysis.separation import place_outside
+from flockwire_analysis.separation import outside_fence, own_places
 from flockwire_analysis.tracking import SETTLED_BELOW, largest
 
 SPEED_TOLERANCE = 0.02  # share by which a speed from noisy positions may exceed its limit
@@ -106,7 +106,7 @@ def _places_outside(trace: Trace) -> tuple[str, ...]:
     return tuple(
         f"the place of {uav(number)} leaves limits.fence"
         for number in trace.followers
-        if place_outside(trace, number, stamps).any()
+        if outside_fence(trace, own_places(trace, number, stamps)).any()
     )
 
 

@@ -13,6 +13,7 @@ from itertools import pairwise, product
 from operator import or_
 from typing import NamedTuple
 
+import numpy as np
 from flockwire_core.domain.airframe import FlightState
 from flockwire_core.domain.order import Mission, Version
 from flockwire_core.domain.time import SECOND
@@ -70,7 +71,8 @@ class _Replay:
 
     def __init__(self, trace: Trace, number: int, life: Life) -> None:
         self._trace, self._number, self._life = trace, number, life
-        self._telemetry = trace.of("telemetry", number)
+        telemetry = trace.of("telemetry", number)
+        self._stamps, self._flew = telemetry.stamps, np.isin(telemetry.values[:, 0], AIRBORNE)
         self._newest = 0  # stamp, Unix ns
         self._landed = 0  # when it was seen in flight last before it stood without an order to land, Unix ns
         self._set_back = False  # its clock: stamps of others are none of its own before this one
@@ -156,11 +158,11 @@ class _Replay:
             return (False,)
         if self._set_back:
             return (False, True)
-        stamps, states = self._telemetry.stamps, self._telemetry.values[:, 0]
+        stamps = self._stamps
         if not len(stamps) or stamps[0] > first + TOLERANCE:  # the recording of it began later
             return (False, True)
         known = (stamps >= first - TOLERANCE) & (stamps <= last + TOLERANCE)
-        found = {bool(state in AIRBORNE) for state in states[known]} | ({False} if not first else set())
+        found = {*self._flew[known].tolist(), *(() if first else (False,))}
         return tuple(found) if known.any() else (False, True)
 
     def _orders(self, before: Observed, after: Observed) -> tuple[Mission | None, ...]:

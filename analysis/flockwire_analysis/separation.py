@@ -13,7 +13,7 @@ from flockwire_core.swarm.tables import Obstacle
 from flockwire_analysis.phases import Span, offsets
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Booleans, Floats, Integers
-from flockwire_analysis.tracking import Errors, interpolated
+from flockwire_analysis.tracking import interpolated
 
 GRID = SECOND // 100  # ns between the instants of distances
 POLYGON_STEP = 0.1  # s between two checks of the walls of a fence's polygon
@@ -139,28 +139,21 @@ def _max_speed(trace: Trace, number: int, span: Span) -> float | None:
     return float((moved * SECOND / (stamps[after[first]] - stamps[first])).max())
 
 
-def excused(trace: Trace, errors: dict[int, Errors]) -> dict[int, Errors]:
-    """Return `errors`, zero where a follower's place cannot be had."""
-    return {
-        number: Errors(error.stamps, np.where(without_place(trace, number, error.stamps), 0.0, error.values))
-        for number, error in errors.items()
-    }
-
-
 def without_place(trace: Trace, number: int, stamps: Integers) -> Booleans:
     """Return at which of `stamps` (Unix ns) the place of follower `number` cannot be had.
 
     It is then nearer to an obstacle than the distance that the safety filter keeps, or outside the fence.
     """
-    places, found = own_places(trace, number, stamps), place_outside(trace, number, stamps)
+    places = own_places(trace, number, stamps)
+    found = outside_fence(trace, places)
     for obstacle in trace.swarm.obstacles:
         found |= surface_distance(places, obstacle) < trace.swarm.avoidance.kept.obstacle
     return found
 
 
-def place_outside(trace: Trace, number: int, stamps: Integers) -> Booleans:
-    """Return at which of `stamps` (Unix ns) the place of follower `number` is outside the fence."""
-    places, room = own_places(trace, number, stamps), trace.swarm.limits.fence.room()
+def outside_fence(trace: Trace, places: Floats) -> Booleans:
+    """Return which of `places` (m, shape n x 3) are outside the fence."""
+    room = trace.swarm.limits.fence.room()
     found = np.any((places < np.array(room.low)) | (places > np.array(room.high)), axis=1)
     if room.corners:
         found |= [room.outside((x, y, z)) > 0.0 for x, y, z in places.tolist()]

@@ -17,7 +17,8 @@ from flockwire_analysis.key_figures import Messages, PhaseFigures, StepFigures, 
 from flockwire_analysis.latency import HOPS, latencies, percentiles
 from flockwire_analysis.phases import FormationPhase, Span, airborne, formation_of, formation_phases
 from flockwire_analysis.recorded import Trace
-from flockwire_analysis.separation import excused, without_place
+from flockwire_analysis.separation import without_place
+from flockwire_analysis.series import Booleans
 
 
 def summarise(trace: Trace) -> Summary:
@@ -65,7 +66,11 @@ def _figures(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[PhaseFig
     if not phases:
         return ()
     observation, formation = tracking.observation_errors(trace), tracking.formation_errors(trace)
-    judged, origin = excused(trace, formation), phases[0].span.begin
+    without = {number: without_place(trace, number, error.stamps) for number, error in formation.items()}
+    judged = {
+        i: tracking.Errors(error.stamps, np.where(without[i], 0.0, error.values)) for i, error in formation.items()
+    }
+    origin = phases[0].span.begin
     steady = undisturbed(trace, judged)
     found = []
     for phase in phases:
@@ -78,17 +83,17 @@ def _figures(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[PhaseFig
             phase.formation, (span.begin - origin) / SECOND, span.length,
             tracking.figures(observation, span), errors, tracking.largest_tail(judged, steady, span, settled),
             None if since is None else off,
-            _without_places(trace, formation, span),
+            _without_places(formation, without, span),
         ))  # fmt: skip
     return tuple(found)
 
 
-def _without_places(trace: Trace, errors: dict[int, tracking.Errors], span: Span) -> dict[str, float]:
-    """Return for how long, s, within `span` each follower had a place that cannot be had, if it had."""
+def _without_places(errors: dict[int, tracking.Errors], without: dict[int, Booleans], span: Span) -> dict[str, float]:
+    """Return for how long, s, within `span` each follower was `without` a place that can be had, if it was."""
     found = {}
     for number, error in errors.items():
-        stamps = error.stamps[span.holds(error.stamps)]
-        seconds = float(np.diff(stamps)[without_place(trace, number, stamps)[:-1]].sum()) / SECOND
+        within = span.holds(error.stamps)
+        seconds = float(np.diff(error.stamps[within])[without[number][within][:-1]].sum()) / SECOND
         if seconds > 0.0:
             found[uav(number)] = seconds
     return found

@@ -50,8 +50,8 @@ def interpolated(series: Series, stamps: Integers) -> Floats:
     result = np.stack(columns, axis=1)
     if len(series) > 1:
         after = np.clip(np.searchsorted(series.stamps, stamps), 1, len(series) - 1)
-        gaps = np.flatnonzero(series.stamps[after] - series.stamps[after - 1] > SILENCE)
-        result[gaps[~np.isin(stamps[gaps], series.stamps)]] = np.nan
+        first, last = series.stamps[after - 1], series.stamps[after]
+        result[(last - first > SILENCE) & (stamps != first) & (stamps != last)] = np.nan
     return result
 
 
