@@ -37,6 +37,7 @@ topic = "/goal"
 message = "PoseStamped"
 """
 KILLED = '[[faults]]\nat = 7.0\nkind = "kill"\nprocess = "ros"\n'
+LOST = 0.1  # of the samples: the router drops (its queue holds 0.1 s of all topics) while its task is late
 STEERED = ('kind = "trajectory"', 'kind = "ros"\nspeed = 0.3')
 
 
@@ -123,7 +124,8 @@ def test_an_independent_node_sees_and_orders_and_an_attacker_does_not(
         assert not [name for name, status in seen.items() for reason, _ in status.rejected if "mission" in reason]
         assert sdk.call("/paper/hold") == (True, "confirmed by leader, uav1, uav2, uav3, uav4")
         tower.all_in("hold")
-        assert not +gaps.read().lost
+        assert "not published" not in counts
+        assert sum((+gaps.read().lost).values()) <= LOST * sum(gaps.counts.values())
         assert min(gaps.counts[data_key(0, topic.name, topic.ros_type)] for topic in topics[:2]) > 100
     assert "Traceback" not in fleet.log("ros")
 
