@@ -46,8 +46,7 @@ def landing_place(
 
 def is_above(bodies: Sequence[Body], separation: Separation) -> bool:
     """Return whether one of `bodies` is below, or nearly."""
-    own = (0.0, 0.0)
-    return not is_free(own, [(x, y, r + SPARE) for x, y, r in _not_above(own, bodies, separation)])
+    return not is_free((0.0, 0.0), _not_above((0.0, 0.0), bodies, separation))
 
 
 def is_beneath(bodies: Sequence[Body], separation: Separation) -> bool:

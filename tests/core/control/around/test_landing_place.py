@@ -37,6 +37,7 @@ def test_what_is_above_is_not_in_its_way():
         (drone(0.1, 0.0, 0.6), False, True),
         (drone(0.1, 0.0, -0.6), True, False),
         (drone(KEPT + 0.01, 0.0, 0.6), False, False),
+        (drone(KEPT + 0.01, 0.0, -0.6), False, False),
         (Body(BodyKind.OBSTACLE, (0.0, 0.3, 0.0), 0.2), True, False),
     ],
 )
