@@ -7,13 +7,14 @@ from functools import partial
 from math import dist, inf, isfinite
 from typing import TYPE_CHECKING, Any, Final
 
+from flockwire_core.control.airframe.acceleration import AccelerationInput
 from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.signals import Signals
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add
-from flockwire_core.law import Decision, Heard, Observation, Place, Sense
+from flockwire_core.law import Decision, Heard, Observation, Output, Place, Sense
 from flockwire_core.own_law import make_law
 from flockwire_core.parameters import auction_parameters, law_settings, pilot_parameters
 from flockwire_core.pilot.law_messages import Hearing, LawSender
@@ -21,6 +22,7 @@ from flockwire_core.pilot.neighbourhood import Neighbourhood
 from flockwire_core.pilot.orders import flown_place, is_known
 from flockwire_core.pilot.pilot import Pilot, shown
 from flockwire_core.pilot.place import Place as WaitingPlace
+from flockwire_core.pilot.place import keep_place
 from flockwire_core.pilot.sight import Sight
 from flockwire_core.process.cores import Core, Start
 from flockwire_core.process.stopwatch import Stopwatch
@@ -31,7 +33,7 @@ from flockwire_core.wire.information import information_of, relays, sees, speake
 from flockwire_core.wire.keys import MISSION, Key
 from flockwire_core.wire.law_form import law_form
 from flockwire_core.wire.phase import Phase
-from flockwire_core.wire.status import Report, Status, counted
+from flockwire_core.wire.status import FILTERED, LAW_STEPS, Report, Status, counted
 
 from flockwire_agent.guarded_law import GuardedLaw
 
@@ -79,6 +81,10 @@ class AgentCore:
             frozenset(j for j in neighbours if filtered and depths[j] < depths[number]),
             parameters.limits.speed,
         )
+        accelerates = declared.output is Output.ACCELERATION
+        self._accelerations = AccelerationInput(parameters.lag, parameters.period) if accelerates else None
+        self._height: float | None = None  # m, that the pilot holds
+        self._rise, self._counts = parameters.limits.vertical_speed, swarm.control.own_law
         self._reference: Place | None = None  # the place to fly in the formation, None in any other phase
         self._flown: Mission | None = None  # its order
         self._held: int | None = None  # the place that it holds by an auction, of that order
@@ -126,7 +132,7 @@ class AgentCore:
         estimate, wanted = decision.message if self._relays else None, self._law.command
         if self._auction is not None and phase is Phase.FORMATION and self._reference is None:
             wanted = self._wait()
-        messages = pilot.command(wanted, now)
+        messages = pilot.command(self._flyable(wanted), now)
         if self._auction is not None:
             bids = self._auction.step(phase, pilot.motion, estimate, now)
             if bids is not None:
@@ -166,6 +172,9 @@ class AgentCore:
                 ("law messages lost", sum([one.lost for one in speakers])),
                 ("law messages rejected", sum([one.rejected for one in speakers])),
             )
+            report = report._replace(counts=(*report.counts, *counts))
+        if self._counts:
+            counts = counted((LAW_STEPS, self._pilot.commanded), (FILTERED, self._pilot.filtered))
             report = report._replace(counts=(*report.counts, *counts))
         agreement = self._neighbourhood.agreement
         if agreement.count:
@@ -221,6 +230,20 @@ class AgentCore:
             now,
             motion if self._whole else None,
         )
+
+    def _flyable(self, wanted: Vector) -> Vector:
+        """Return the law's command as a velocity, m/s; the pilot holds the height if the law cannot, or need not."""
+        pilot, motion, declared = self._pilot, self._pilot.motion, self._declared
+        if self._accelerations is not None:
+            self._accelerations.follow(pilot.sent, pilot.dt)
+            wanted = self._accelerations.velocity(wanted)
+        if (declared.own & Sense.POSITION and not declared.planar) or motion is None:
+            return wanted
+        if self._reference is None or self._height is None:
+            self._height = motion.position[2]
+        above = (wanted[0], wanted[1], self._height)
+        rise = keep_place((wanted[0], wanted[1], motion.position[2]), above, self._rise)[2]
+        return (wanted[0], wanted[1], rise)
 
     def _update(self, now: int) -> tuple[float, tuple[int, ...]]:
         """Update what it sees and hears; return the s for which nobody was, and whom it misses."""

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.wire.information import relays
 
 from flockwire_analysis import gaps, outcomes
 from flockwire_analysis.conformance import deviations
@@ -71,6 +72,10 @@ def _formation(trace: Trace, figures: Summary, longest_off: float | None, missin
     unsettled = missing or _unsettled(figures.judged)
     settled = None if unsettled else figures.formation_error_m.settled_s
     unknown = missing or "some followers have no errors in this period"
+    observation, tail = figures.observation_error_m.max_tail, "in the last 30 % of each phase"
+    observed: tuple[Check, ...] = ()
+    if relays(trace.swarm):  # else nobody estimates the leader
+        observed = (_at_most("observation tail", observation, bounds.observation_tail, "m", unknown, tail),)
     return (
         _at_most("formation settled", settled, bounds.settle_within, "s", unsettled, "after the start of each"),
         _at_most(
@@ -82,10 +87,7 @@ def _formation(trace: Trace, figures: Summary, longest_off: float | None, missin
             "formation tail", largest([phase.judged_tail_m for phase in figures.judged]), bounds.formation_tail, "m",
             unknown, "in the last 30 % of each phase, except near obstacles",
         ),
-        _at_most(
-            "observation tail", figures.observation_error_m.max_tail, bounds.observation_tail, "m", unknown,
-            "in the last 30 % of each phase",
-        ),
+        *observed,
     )  # fmt: skip
 
 

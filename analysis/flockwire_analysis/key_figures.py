@@ -90,13 +90,17 @@ class PhaseFigures:
     without_place_s: dict[str, float]
 
 
+FILTER_JUDGED = 0.05  # share of changed commands above which a flight shows the safety filter
+
+
 @dataclass(frozen=True, slots=True)
 class Summary:
     """The content of summary.json; lengths in m, speeds in m/s, None if unknown.
 
     The errors are those of the worst formation phase. `rate` is each agent's share of the due steps in all phases;
     `tracker` counts the gateway's bad frames; `left_out` are the drones that stayed on the ground by order; `missing`
-    has a sentence for all missing data.
+    has a sentence for all missing data; `filtered` is the largest share of a drone's steps in formation in which the
+    safety filter changed its law's command.
     """
 
     duration_s: float
@@ -114,6 +118,7 @@ class Summary:
     messages: Messages
     tracker: dict[str, int]
     rate: dict[str, float | None]
+    filtered: float | None
     missing: tuple[str, ...]
     phases: tuple[PhaseFigures, ...]
     checks: tuple[Check, ...] = ()
@@ -122,6 +127,15 @@ class Summary:
     def judged(self) -> tuple[PhaseFigures, ...]:
         """The phases in which followers can settle; all if none is long enough."""
         return long_enough(self.phases)
+
+    @property
+    def filter(self) -> str:
+        """What the safety filter did to the law, empty if that is not known."""
+        if self.filtered is None:
+            return ""
+        warning = f", above {FILTER_JUDGED:.0%}: this flight judges the filter, not the law"
+        share = f"changed {self.filtered:.1%} of the law's commands in formation"
+        return share + (warning if self.filtered > FILTER_JUDGED else "")
 
     @property
     def ok(self) -> bool:

@@ -12,7 +12,7 @@ from flockwire_core.wire.status import Status
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
 from flockwire_analysis.graph_picture import graph_picture
-from flockwire_analysis.key_figures import Summary
+from flockwire_analysis.key_figures import FILTER_JUDGED, Summary
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.recorded import ProcessRecord, Trace, is_virtual
 from flockwire_analysis.replay import NAME as REPLAY
@@ -108,6 +108,9 @@ def _tiles(summary: Summary) -> Iterable[tuple[str, str]]:
     if summary.min_distance_obstacle_m is not None:
         yield length(summary.min_distance_obstacle_m), "smallest distance to an obstacle"
     yield number(summary.max_speed_m_s, "m/s"), "highest speed"
+    if summary.filtered is not None:
+        judged = " (the flight judges the filter)" if summary.filtered > FILTER_JUDGED else ""
+        yield f"{summary.filtered:.1%}", f"of the law's commands changed by the safety filter{judged}"
     yield number(summary.latency_ms["pose_to_command"].p99, "ms"), "pose to command, 99th percentile"
 
 

@@ -8,7 +8,9 @@ from dataclasses import replace
 import numpy as np
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.swarm.model import uav
+from flockwire_core.wire.information import relays
 from flockwire_core.wire.processes import GATEWAY
+from flockwire_core.wire.status import FILTERED, LAW_STEPS
 
 from flockwire_analysis import gaps, separation, tracking
 from flockwire_analysis.checks import checks, kept_within
@@ -48,6 +50,7 @@ def summarise(trace: Trace) -> Summary:
         messages=_messages(trace),
         tracker=bad_input(trace).get(GATEWAY.kind, {}),
         rate=rate,
+        filtered=_filtered(trace),
         missing=tuple(lacking.sentences),
         phases=figures,
     )
@@ -59,7 +62,15 @@ def bad_input(trace: Trace) -> dict[str, dict[str, int]]:
     found: dict[str, Counter[str]] = {}
     for vitals in trace.vitals:
         found.setdefault(vitals.last.identity, Counter()).update(dict(vitals.last.report.counts))
+    for counts in found.values():
+        del counts[LAW_STEPS], counts[FILTERED]
     return {identity: dict(counts) for identity, counts in found.items() if counts}
+
+
+def _filtered(trace: Trace) -> float | None:
+    """Return the share of an own law's commands in formation that the safety filter changed, of the worst drone."""
+    counts = [dict(vitals.last.report.counts) for vitals in trace.vitals]
+    return max([one.get(FILTERED, 0) / one[LAW_STEPS] for one in counts if one.get(LAW_STEPS)], default=None)
 
 
 def _figures(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[PhaseFigures, ...]:
@@ -121,7 +132,8 @@ class _Lacking:
         self.placeless = [uav(number) for number in flying if not len(trace.positions(number))]
         self.places = f"no position of {', '.join(self.placeless)} was recorded" if self.placeless else ""
         self.formation = self._formation(trace, bool(phases)) or self.places
-        unknown = [uav(number) for number in trace.followers if not len(trace.of("estimate", number))]
+        estimating = trace.followers if relays(trace.swarm) else ()
+        unknown = [uav(number) for number in estimating if not len(trace.of("estimate", number))]
         reporting = {vitals.last.identity for vitals in trace.vitals}
         unreported = [name for name in map(trace.plan.pilot.__getitem__, trace.followers) if name not in reporting]
         sentences = {

@@ -18,7 +18,7 @@ from flockwire_core.domain.motion import Motion
 from flockwire_core.domain.order import Stop
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND, nanoseconds
-from flockwire_core.domain.vector import ZERO, Vector, distance, limit
+from flockwire_core.domain.vector import ZERO, Vector, add, distance, limit, subtract
 from flockwire_core.parameters import PilotParameters
 from flockwire_core.pilot.off_place import OffPlace, no_place
 from flockwire_core.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, age, command_stamp
@@ -40,6 +40,7 @@ LONGEST_STEP: Final = 0.1  # s: longer pauses count as this
 PAUSE: Final = SECOND // 4  # ns between two steps after which it was frozen
 LOW: Final = 0.3  # m above the ground, below which it may hold a drone that lands
 LEARNED: Final = {Phase.TAKEOFF: LEVEL, Phase.HOLD: WHOLE, Phase.FORMATION: WHOLE, Phase.LANDING: WHOLE}
+UNCHANGED: Final = 1e-3  # m/s: a command differs less from the law's, but for the limit on its change
 STANDS: Final = 0.1  # m above the ground: a drone that lands and is lower may stand there
 
 
@@ -66,6 +67,9 @@ class Pilot:
         self._guard = Guard(parameters.guard) if parameters.guard is not None else None
         self._off_place = OffPlace(parameters.room, parameters.checks)
         self._wanted = ZERO  # m/s, by the law, at the last command
+        self.sent = ZERO  # m/s, the last command as filtered
+        self.filtered = 0  # commands of the formation phase that the safety filter changed
+        self.commanded = 0  # all of them
         self._airframe = _make_airframe(parameters)
         self._body = TrackedBody(parameters, self._airframe, now)
         self._surroundings = Surroundings(parameters.sensing, parameters.obstacles)
@@ -132,10 +136,16 @@ class Pilot:
         instead of hovering without end.
         """
         if self.flight.phase is Phase.STOPPED or SILENT in self._found:
+            self.sent = ZERO
             return []
         motion = self.motion
         self._wanted = wanted
         velocity = self._velocity(wanted, motion, now) if motion is not None else self._blind_velocity(now)
+        if self._guard is not None and motion is not None and self.flight.phase is Phase.FORMATION:
+            last, change = self._airframe.last_command, self._limits.acceleration * self.dt
+            self.commanded += 1
+            self.filtered += distance(velocity, add(last, limit(subtract(wanted, last), change))) > UNCHANGED
+        self.sent = velocity
         velocity = self._airframe.command(velocity, (now - self.born) / SECOND)
         return [(self._command_key, Command(self.stamp, self._parameters.frame, velocity, 0.0))]
 

@@ -174,8 +174,8 @@ class Control(Model):
 
     @property
     def own_law(self) -> bool:
-        """Whether the law is none of the built-in ones."""
-        return ":" in self.law
+        """Whether the law is neither the paper's nor the extended one."""
+        return self.law not in ("paper", "extended")
 
     @property
     def filtered(self) -> bool:

@@ -5,25 +5,23 @@ from __future__ import annotations
 from functools import lru_cache
 
 from flockwire_core.domain.motion import LeaderMotion
-from flockwire_core.law import Information, Sense
+from flockwire_core.law import RELAYING, Information, Sense
 from flockwire_core.objects import load_object
 from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm
 
-NOTHING = Information()
-
 
 def information_of(swarm: Swarm) -> Information:
-    """Return what the law declares: nothing for one that cannot be loaded, as where only its trace is read."""
+    """Return what the law declares; for one that cannot be loaded, as where only its trace is read, RELAYING."""
     try:
         return _declared(law_object(swarm))
     except Exception:
-        return NOTHING
+        return RELAYING
 
 
 @lru_cache(maxsize=16)
 def _declared(law: str) -> Information:
-    found = getattr(load_object(law), "information", NOTHING)
+    found = getattr(load_object(law), "information", Information())
     if not isinstance(found, Information):
         raise TypeError(f"information = {found!r}: must be an Information")
     return found

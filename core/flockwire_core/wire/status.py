@@ -16,6 +16,8 @@ LAW_FAILED = "law failed"  # the code of the reason with a law's error and its p
 LEFT_OUT = "estimate left out"  # of the reason that names neighbours whose estimates contradict the others
 APART = "body apart"  # of the reason of a drone whose tracked body does not move as commanded
 CORNERED = "cornered"  # of the reason, and of the count, of a drone without a way from a person (or another mover)
+LAW_STEPS = "steps in formation"  # the count of those of a follower's own law
+FILTERED = "steps changed by the safety filter"  # of them, but for the limit on the change of a command
 OTHERS = "others"  # the sum of unnamed rejections
 
 

@@ -82,6 +82,7 @@ def print_figures(summary: Summary, verbose: bool = True) -> tuple[str, ...]:
 def brief_figures(summary: Summary) -> Iterator[str]:
     """Yield the formation error, what failed, and how many checks passed."""
     yield _errors("formation", summary.formation_error_m)
+    yield from _filter(summary)
     judged = [check for check in summary.checks if check.judged]
     yield from (f"FAIL {check.sentence()}" for check in judged if not check.ok)
     yield from (f"missing: {sentence}" for sentence in summary.missing)
@@ -92,6 +93,7 @@ def key_figures(summary: Summary) -> Iterator[str]:
     """Yield the key figures of a flight and its checks, a line each."""
     for name, figures in (("observation", summary.observation_error_m), ("formation", summary.formation_error_m)):
         yield _errors(name, figures)
+    yield from _filter(summary)
     latency = summary.latency_ms["pose_to_command"]
     if latency.p50 is not None and latency.p99 is not None:
         yield f"{'pose to command':<22}{latency.p50:.2f} ms p50, {latency.p99:.2f} ms p99"
@@ -101,6 +103,11 @@ def key_figures(summary: Summary) -> Iterator[str]:
         yield f"{('ok  ' if check.ok else 'FAIL') if check.judged else 'off '} {check.sentence()}"
     for sentence in summary.missing:
         yield f"missing: {sentence}"
+
+
+def _filter(summary: Summary) -> Iterator[str]:
+    if summary.filter:
+        yield f"{'safety filter':<22}{summary.filter}"
 
 
 def _errors(name: str, figures: ErrorFigures) -> str:
