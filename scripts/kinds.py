@@ -34,7 +34,7 @@ HOMONYMS = {  # words that mean something else there
     ("lab/flockwire_lab/probe/attackers.py", "router"),
 }
 
-FLY = ("core/flockwire_core", "agent", "leader", "mocap_gateway", "tello_driver", "recorder")
+FLY = ("core/flockwire_core", "laws", "agent", "leader", "mocap_gateway", "tello_driver", "recorder")
 JUDGED = re.compile(r"(?i)(?<![a-z])(marks|sometimes|faults?|faulty|mutants?|coverage|budgets?)(?![a-z])")
 
 

@@ -17,6 +17,7 @@ from flockwire_core.law import check_decision
 from flockwire_core.loading import SwarmFileError
 from flockwire_core.own_law import make_law
 from flockwire_core.parameters import law_settings
+from flockwire_core.swarm.laws import BUILT_IN
 from flockwire_core.swarm.model import Swarm
 
 STARTS = [[0.0, 0.0], [1.6, 0.3], [-1.4, 0.2]]
@@ -181,7 +182,7 @@ def test_whole_numbers_and_numbers_of_numpy_are_floats(vector: Any) -> None:
 @pytest.mark.parametrize(
     ("law", "line"),
     [
-        ("fast", "must be one of ['extended', 'paper'] or your own class"),
+        ("fast", f"must be one of {sorted(BUILT_IN)} or your own class"),
         ("no_such_module:Law", "cannot import it: ModuleNotFoundError"),
         ("math:NoLaw", "cannot import it: AttributeError"),
         ("math:pi", "must be a class with a method step"),

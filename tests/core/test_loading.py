@@ -3,6 +3,7 @@ from pathlib import Path
 
 import pytest
 from flockwire_core.loading import SwarmFileError, load_swarm, parse_swarm, read_swarm
+from flockwire_core.swarm.laws import BUILT_IN
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.reading import CONTROLS, LARGEST_TOML
 from flockwire_core.wire.plan import Plan
@@ -63,7 +64,7 @@ def test_there_are_shipped_swarms():
         ("control.rate_hz", True, "control.rate_hz = true: must be a whole number from 10 to 500"),
         ("control.rate_hz", 99.5, "control.rate_hz = 99.5: must be a whole number from 10 to 500"),
         ("control.rate_hz", 5, "control.rate_hz = 5: must be a whole number from 10 to 500"),
-        ("control.law", "mpc", "control.law = 'mpc': must be one of ['extended', 'paper'] or your own class"),
+        ("control.law", "mpc", f"control.law = 'mpc': must be one of {sorted(BUILT_IN)} or your own class"),
         ("observer.gain", 0.0, "observer.gain = 0.0: must be a number above 0"),
         ("observer.exponent", 1.0, "observer.exponent = 1.0: must be a number above 1"),
         ("observer.gain", float("nan"), "observer.gain = nan: must be a number above 0"),

@@ -9,6 +9,18 @@ from flockwire_core.swarm.model import Swarm
 BUILT_IN = {
     "paper": "flockwire_agent.paper_law:PaperLaw",
     "extended": "flockwire_agent.extended_law:ExtendedLaw",
+    "consensus": "flockwire_laws.consensus:Consensus",
+    "second_order": "flockwire_laws.second_order:SecondOrder",
+    "flocking": "flockwire_laws.flocking:Flocking",
+    "vasarhelyi": "flockwire_laws.vasarhelyi:Vasarhelyi",
+    "bearing": "flockwire_laws.bearing:Bearing",
+    "rigid": "flockwire_laws.rigid:Rigid",
+    "affine": "flockwire_laws.affine:Affine",
+    "containment": "flockwire_laws.containment:Containment",
+    "aggregative": "flockwire_laws.aggregative:Aggregative",
+    "event_triggered": "flockwire_laws.event_triggered:EventTriggered",
+    "barrier": "flockwire_laws.barrier:Barrier",
+    "dmpc": "flockwire_laws.dmpc:Dmpc",
 }
 
 

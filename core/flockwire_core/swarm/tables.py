@@ -162,7 +162,9 @@ class Control(Model):
     """The control law, the gains of the formation tracking protocol (9), and the safety filter round it."""
 
     rate_hz: int = key(100, "of control steps", "Hz", ge=10, le=500)
-    law: str = key("extended", '"extended", "paper" or your own, "file.py:ClassName" or "package.module:ClassName"')
+    law: str = key(
+        "extended", '"extended", "paper", a file of laws/, or your own: "file.py:ClassName", "package.module:ClassName"'
+    )
     parameters: dict[str, JsonValue] = key({}, "those of your own law")
     formation_gain: Positive = key(3.0, "K: gain towards the follower's place", "1/s")
     compensation_gain: NotNegative = key(0.2, 'phi: compensates the leader\'s unknown motion (law "paper")', "m/s")

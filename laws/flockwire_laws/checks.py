@@ -1,0 +1,148 @@
+"""The laws' checks: whether the graph and the places are what a law's theorem assumes, and the rates that it predicts.
+
+Each is the method `check(graph, places, parameters)` of a law's class, which is its first argument; places are h_i in m
+at time 0, by number. It returns problems, notes, and rates in 1/s by name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from flockwire_core.control.graph import Graph
+from flockwire_core.law import Output
+
+from flockwire_laws import spectrum
+from flockwire_laws.spectrum import NOT_SYMMETRIC, Checked, Places
+
+Given = Mapping[str, object]
+Law = Any  # a law's class
+
+DAMPING = "control.parameters: kv^2 / kp = {:.4g} must be above {:.4g} on this graph, or it diverges"
+SHORT = "control.parameters: the law needs {:.3g} m around, beyond its radius of {:g} m"
+NOT_BEARING_RIGID = "graph.edges: not bearing rigid: the null space of the bearing Laplacian{} must be {}, is {}"
+FLEXIBLE = "graph.edges: not infinitesimally rigid: the rigidity matrix must have rank {}, has {}"
+NOT_POSITIVE = "graph.edges: the followers' block must be positive definite, its least eigenvalue is {:.3g}"
+UNBALANCED = "graph.edges: the stresses at drone {} must balance at the places, their sum is {:.3g} m"
+DIVERGES = "feed-forward: its spectral radius is {:.4g}, must be below 1: commands that are fed on grow"
+SETTLES = "feed-forward: its spectral radius is {:.4g}: errors of what is fed on count {:.3g} fold"
+NOT_STOCHASTIC = "graph.edges: weights into a drone must sum up to less than 1 (Metropolis), the largest sum is {:.3g}"
+TOO_FAST = "control.parameters.alpha = {:g}: must be below lambda_2 = {:.3g} 1/s of this graph"
+AVERAGES = "control.rate_hz above {:.3g} keeps each step an average"
+NEAR = "all at last within {:.3g} m of the average (norm over all drones)"
+
+
+def consensus(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:
+    """Check for a spanning tree; the rate is k min Re lambda."""
+    gain, problems = law.Parameters.of(parameters).gain, spectrum.tree(graph)
+    notes = [AVERAGES.format(gain * float(np.diag(spectrum.laplacian(graph)).max()))]
+    return problems, notes, {} if problems else {"slowest": gain * float(spectrum.modes(graph)[0].real)}
+
+
+def second_order(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:
+    """Check for a spanning tree and kv^2/kp > b^2/(a |lambda|^2)."""
+    gains, problems = law.Parameters.of(parameters), spectrum.tree(graph)
+    if problems:
+        return problems, [], {}
+    values = np.ones(1, complex) if law.fed else spectrum.modes(graph)
+    least = float(max(values.imag**2 / (values.real * np.abs(values) ** 2)))
+    problems = [] if gains.kv**2 / gains.kp > least else [DAMPING.format(gains.kv**2 / gains.kp, least)]
+    return problems, [], {"slowest": min(_slowest(gains.kp * value, gains.kv * value) for value in values)}
+
+
+def flocking(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:
+    """Check the radius; the rate is that of the centre."""
+    gains = law.Parameters.of(parameters)
+    problems = _short(law, 1.2 * gains.distance * gains.scale)
+    return problems, [], {"centre": _slowest(gains.c1, gains.c2)}
+
+
+def bearing(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:
+    """Check for symmetry, leaders and bearing rigidity."""
+    gains, count = law.Parameters.of(parameters), 3 * len(graph.followers)
+    manoeuvres = law.information.output is Output.ACCELERATION
+    anchored = gains.anchored or manoeuvres
+    problems = _asymmetric(graph) + (spectrum.led(graph, 2) if anchored else [])
+    matrix = spectrum.bearing_laplacian(graph, {**places, **gains.leader_places}, weighted=not manoeuvres)
+    values, expected = np.linalg.eigvalsh(matrix[:count, :count] if anchored else matrix), 0 if anchored else 4
+    zeros = int(np.sum(values < spectrum.NONE * values[-1]))
+    if zeros != expected:
+        problems.append(NOT_BEARING_RIGID.format(" of the followers" * anchored, expected, zeros))
+    rate = _slowest(gains.kp, gains.kv) if manoeuvres else gains.gain * float(values[min(expected, len(values) - 1)])
+    return problems, [], {} if problems else {"slowest": rate}
+
+
+def rigid(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:
+    """Check for symmetry and rigidity; the rate is 2 k lambda_min+(R R') at the places."""
+    n, d = len(graph.followers), law.dimension
+    matrix = spectrum.rigidity_matrix(graph, places, d)
+    values = np.linalg.eigvalsh(matrix @ matrix.T)
+    values, needed = values[values > spectrum.NONE * values[-1]], d * n - d * (d + 1) // 2
+    if len(values) < needed:
+        return [*_asymmetric(graph), FLEXIBLE.format(needed, len(values))], [], {}
+    return _asymmetric(graph), [], {"slowest": 2.0 * law.Parameters.of(parameters).gain * float(values[0])}
+
+
+def affine(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:
+    """Check for leaders, symmetry, balance, a positive definite block and a feed-forward that settles."""
+    gains = law.Parameters.of(parameters)
+    least = float(np.linalg.eigvalsh(spectrum.block(graph))[0])
+    problems = spectrum.led(graph, law.information.leaders[0]) + _asymmetric(graph)
+    problems += [] if least > spectrum.NONE else [NOT_POSITIVE.format(least)]
+    known = {**places, **gains.leader_places}
+    for i in graph.followers:
+        edges = [(j, w) for j, target, w in graph.edges if target == i]
+        if all(j in known for j, _ in edges):
+            force = float(np.linalg.norm(sum([w * np.subtract(known[i], known[j]) for j, w in edges], np.zeros(3))))
+            problems += [UNBALANCED.format(i, force)] if force > 1e-3 else []
+    notes, rho = [], spectrum.feed_forward(graph)
+    if law.information.message:
+        notes = [SETTLES.format(rho, 1.0 / (1.0 - rho)) if rho < 1.0 else DIVERGES.format(rho)]
+    rate = gains.gain if law.information.message else gains.gain * least
+    accelerates = law.information.output is Output.ACCELERATION
+    return problems, notes, {"slowest": _slowest(gains.kp, gains.kv) if accelerates else rate}
+
+
+def containment(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:
+    """Check whether a leader leads to every follower; the rate is k min Re lambda(L_ff)."""
+    problems = spectrum.led(graph, law.information.leaders[0]) + spectrum.tree(graph)
+    gain = law.Parameters.of(parameters).gain
+    return problems, [], {} if problems else {"slowest": gain * float(spectrum.modes(graph)[0].real)}
+
+
+def aggregative(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:
+    """Check whether the weights are doubly stochastic and the graph is connected."""
+    largest = float(np.diag(spectrum.block(graph)).max())
+    problems = spectrum.tree(graph) + _asymmetric(graph)
+    return problems + ([] if largest < 1.0 else [NOT_STOCHASTIC.format(largest)]), [], {}
+
+
+def event_triggered(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:
+    """Check for a connected graph and, without sight of neighbours, alpha < lambda_2; the note is the final bound."""
+    c, problems = law.Parameters.of(parameters), spectrum.tree(graph) + _asymmetric(graph)
+    if problems or law.information.neighbours:
+        return problems, [], {}
+    slowest, matrix = float(spectrum.modes(graph)[0].real), spectrum.laplacian(graph)
+    bound = float(np.linalg.norm(matrix, 2)) * len(matrix) ** 0.5 * c.c0 / slowest
+    return [] if c.alpha < slowest else [TOO_FAST.format(c.alpha, slowest)], [NEAR.format(bound)], {"slowest": slowest}
+
+
+def barrier(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:
+    """Check the radius: D + ((2A/gamma)^(1/3) + 2 speed)^2/(2A)."""
+    g = law.Parameters.of(parameters)
+    return _short(law, g.distance + ((4 * g.alpha / g.gamma) ** (1 / 3) + 2 * g.speed) ** 2 / (4 * g.alpha)), [], {}
+
+
+def _short(law: Law, needed: float) -> list[str]:
+    radius = law.information.radius
+    return [SHORT.format(needed, radius)] if needed > radius + 1e-9 else []
+
+
+def _asymmetric(graph: Graph) -> list[str]:
+    return [] if spectrum.symmetric(graph) else [NOT_SYMMETRIC]
+
+
+def _slowest(stiffness: complex, damping: complex) -> float:
+    """Return the slowest rate of s^2 + damping s + stiffness."""
+    return -float(np.roots([1.0, damping, stiffness]).real.max())

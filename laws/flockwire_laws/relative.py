@@ -1,0 +1,45 @@
+"""Two places against each other: h_i − h_j, its rate and its acceleration, and z_j − z_i, all in world axes."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from flockwire_core.law import Place, Seen
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+STEP = 2e-3  # s, of the central differences: an error of about 1e-6 times the fourth derivative
+
+
+class Acceleration(NamedTuple):
+    """What a drone commands, or a leader flies, m/s^2: the message of a law that feeds it forward."""
+
+    acceleration: tuple[float, float, float]
+
+
+class Velocity(NamedTuple):
+    """Likewise, m/s."""
+
+    velocity: tuple[float, float, float]
+
+
+def vector(array: Array) -> tuple[float, float, float]:
+    """Return three numbers as a message holds them."""
+    return (float(array[0]), float(array[1]), float(array[2]))
+
+
+def apart(place: Place, seen: Seen, t: float) -> Array:
+    """Return z_j − z_i = (p_j − p_i) + (h_i − h_j), m, at `t` s."""
+    return np.array(seen.position) + place.to(seen.number, t)
+
+
+def derivatives(place: Place, j: int, t: float) -> tuple[Array, Array, Array]:
+    """Return h_i − h_j in m, its rate in m/s and its acceleration in m/s^2, at `t` s."""
+    before, now, after = (np.array(place.to(j, t + shift)) for shift in (-STEP, 0.0, STEP))
+    return now, (after - before) / (2.0 * STEP), (after - 2.0 * now + before) / STEP**2
+
+
+def size(array: Array) -> float:
+    """Return the length of a vector."""
+    return float(np.linalg.norm(array))
