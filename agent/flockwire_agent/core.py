@@ -24,7 +24,7 @@ from flockwire_core.pilot.pilot import Pilot, shown
 from flockwire_core.pilot.place import Place as WaitingPlace
 from flockwire_core.pilot.place import keep_place
 from flockwire_core.pilot.sight import Sight
-from flockwire_core.process.cores import Core, Start
+from flockwire_core.process.cores import Aside, Core, Done, Start
 from flockwire_core.process.stopwatch import Stopwatch
 from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm, uav
@@ -44,9 +44,11 @@ WHOLE: Final = Sense.POSITION | Sense.VELOCITY
 
 
 class AgentCore:
-    """Follower `number` of `swarm`; started at `now` (Unix ns). The `stopwatch` measures its law."""
+    """Follower `number` of `swarm`; started at `now` (Unix ns). The `stopwatch` measures its law, `aside` plans."""
 
-    def __init__(self, swarm: Swarm, number: int, now: int, stopwatch: Stopwatch | None = None) -> None:
+    def __init__(
+        self, swarm: Swarm, number: int, now: int, stopwatch: Stopwatch | None = None, aside: Aside = Done
+    ) -> None:
         parameters, name = pilot_parameters(swarm, number), uav(number)
         self._pilot = pilot = Pilot(parameters, now)
         self.triggers = frozenset({pilot.pose_key})
@@ -58,7 +60,6 @@ class AgentCore:
         self._rank = swarm.followers.index(number)
         self._neighbour_ranks = {j: swarm.followers.index(j) for j in swarm.topology.neighbours(number) if j != LEADER}
         self._formations = {name: swarm.build_formation(name) for name in swarm.formation_names}
-        self._law = GuardedLaw(partial(make_law, law_object(swarm), law_settings(swarm, number)), name, stopwatch)
         neighbours, depths, filtered = (
             swarm.topology.neighbours(number),
             swarm.topology.depths(),
@@ -66,6 +67,8 @@ class AgentCore:
         )
         self._declared = declared = information_of(swarm)
         own, form, leaders = declared.own, law_form(declared), frozenset({LEADER})
+        make = partial(make_law, law_object(swarm), law_settings(swarm, number))
+        self._law = GuardedLaw(make, name, stopwatch, declared, form, aside)
         self._relays, self._whole = relays(swarm), own & WHOLE == WHOLE
         self._sight = Sight(neighbours, leaders, declared.silence) if sees(swarm) else None
         self._hearing = self._sender = None
@@ -140,8 +143,8 @@ class AgentCore:
         if decision.signals is not None:
             values = tuple([(signal, float(value)) for signal, value in decision.signals.items()])
             messages.append((self._signals_key, Signals(now, self._frame, values)))
-        if self._sender is not None:
-            sent = self._sender.send(decision.message, now, decision.stamp)
+        if self._sender is not None and self._law.failure is None:  # a failed law gives no sign of life
+            sent = self._sender.send(self._law.message, now, decision.stamp)
             if sent is not None:
                 messages.append((self._law_key, sent))
         if estimate is None:
@@ -174,7 +177,11 @@ class AgentCore:
             )
             report = report._replace(counts=(*report.counts, *counts))
         if self._counts:
-            counts = counted((LAW_STEPS, self._pilot.commanded), (FILTERED, self._pilot.filtered))
+            counts = counted(
+                (LAW_STEPS, self._pilot.commanded),
+                (FILTERED, self._pilot.filtered),
+                ("plans late", self._law.late),
+            )
             report = report._replace(counts=(*report.counts, *counts))
         agreement = self._neighbourhood.agreement
         if agreement.count:
@@ -226,7 +233,7 @@ class AgentCore:
             hearing.heard if hearing is not None else heard,
             hearing.news if hearing is not None else (),
             place,
-            None,
+            self._law.plan(now),
             now,
             motion if self._whole else None,
         )
@@ -311,4 +318,5 @@ class AgentCore:
 def make_core(start: Start) -> Core:
     """Return the core of one follower's agent."""
     swarm = start.plan.swarm
-    return AgentCore(swarm, start.drone, start.now, start.stopwatch if swarm.control.own_law else None)
+    stopwatch = start.stopwatch if swarm.control.own_law else None
+    return AgentCore(swarm, start.drone, start.now, stopwatch, start.aside)

@@ -22,12 +22,11 @@ from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.swarm.tables import Model
 from flockwire_core.swarm.validation import Problem, problems_of
 from flockwire_core.wire.information import information_of, relays
-from flockwire_core.wire.law_form import FormError, law_form
+from flockwire_core.wire.law_form import FormError, law_form, packed
 
 START = 1_790_000_000 * SECOND  # Unix ns of a dry flight
 OFF_PLACE: Vector = (0.1, -0.2, 0.05)  # m, of a drone from its place in a dry step
 IN_FORMATION = "flies in formation"
-MESSAGE_UNDECLARED = "it returns a message, but its information declares none"
 WHOLE = Sense.POSITION | Sense.VELOCITY
 BESIDE: Vector = (0.6, 0.8, 0.0)  # m, from a drone to a nearby body in a dry step
 
@@ -116,20 +115,24 @@ def _knows_positions(declared: Information) -> bool:
 
 def law_failures(swarm: Swarm) -> Iterator[Problem]:
     """Make the law of every follower, and take dry steps with it, to find errors before a flight."""
-    form = law_form(information_of(swarm))
+    declared = information_of(swarm)
+    form = law_form(declared)
     for number in swarm.followers if swarm.control.own_law else ():
         when = "is made"
         try:
             law = make_law(law_object(swarm), law_settings(swarm, number))
-            said = list[object]()
+            said, plan = list[object](), None
             for situation in dry_flight(swarm, number, said):
                 when, observation = situation
+                if plan is not None:
+                    observation = observation._replace(plan=plan)
                 decision = law.step(observation)
                 check_decision(decision)
-                if form is not None and decision.message is not None:
-                    said.append(form.unpack(form.pack(decision.message)))
-                elif form is None and decision.message is not None and not relays(swarm):
-                    raise ValueError(f"{MESSAGE_UNDECLARED}: {decision.message!r}")
+                data = packed(decision.message, declared, form)
+                if form is not None and data is not None:
+                    said.append(form.unpack(data))
+                if declared.deadline > 0.0 and observation.place is not None and hasattr(law, "plan"):
+                    plan = law.plan(observation)
         except Exception as error:  # a user's class may raise anything
             yield Problem("control.law", f"fails when that of {uav(number)} {when}: {_raised(error)}")
             return

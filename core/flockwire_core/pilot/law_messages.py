@@ -27,19 +27,19 @@ class LawSender:
     """Sends the messages of one drone's law at its `pace`; the process was started at `born` (Unix ns)."""
 
     def __init__(self, form: LawForm, pace: Pace, frame: str, born: int) -> None:
-        self._form, self._frame, self._born = form, frame, born
+        self._frame, self._born = frame, born
         most = 1 if pace is Pace.STEP else max(1, min(MOST_KEPT, LARGEST_KEPT // (form.size + 8)))
         self._repeats = pace is not Pace.STEP
         self._kept: deque[tuple[int, bytes]] = deque(maxlen=most)
         self._sequence, self._sent = 0, 0
 
-    def send(self, message: object, now: int, stamp: int = 0) -> LawMessage | None:
+    def send(self, message: bytes | None, now: int, stamp: int = 0) -> LawMessage | None:
         """Return what to publish at `now` (Unix ns) for the law's `message`, None: it has none in this step.
 
-        The message is valid for `stamp` (0: now). Raises ValueError or TypeError for one of another form.
+        The message is one of the form, packed, and valid for `stamp` (0: now).
         """
         if message is not None:
-            self._kept.append((stamp or now, self._form.pack(message)))
+            self._kept.append((stamp or now, message))
             self._sequence += 1
         elif 0 <= now - self._sent < HEARTBEAT:
             return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple, Protocol, cast, runtime_checkable
 
 from flockwire_core.objects import load_object
@@ -33,6 +33,41 @@ class Store(Protocol):
         """Keep `data`; does not wait for it."""
 
 
+class Task(Protocol):
+    """A computation beside a core, as concurrent.futures.Future."""
+
+    def done(self) -> bool:
+        """Return whether it ended."""
+
+    def result(self) -> object:
+        """Return its result, or raise what it raised."""
+
+
+Aside = Callable[[Callable[[], object]], Task]  # begins a computation
+
+
+class Done:
+    """A computation that is over when it begins, as in virtual time."""
+
+    def __init__(self, compute: Callable[[], object]) -> None:
+        self._result: object = None
+        self._error: Exception | None = None
+        try:
+            self._result = compute()
+        except Exception as error:
+            self._error = error
+
+    def done(self) -> bool:
+        """Return True."""
+        return True
+
+    def result(self) -> object:
+        """Return its result, or raise what it raised."""
+        if self._error is not None:
+            raise self._error
+        return self._result
+
+
 class Start(NamedTuple):
     """The input of a core at its start."""
 
@@ -42,6 +77,7 @@ class Start(NamedTuple):
     chance: Randomness
     stopwatch: Stopwatch | None = None  # for a user's law
     store: Store | None = None
+    aside: Aside = Done  # computes what must not hold up the steps
 
     @property
     def drone(self) -> int:

@@ -9,6 +9,7 @@ import asyncio
 import contextlib
 import logging
 from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractAsyncContextManager, nullcontext
 from random import Random
 
@@ -144,7 +145,8 @@ async def run_core(job: Job, feed: Feed | None = None) -> None:
         chance = Random(plan.swarm.gateway.seed)  # noqa: S311  (noise)
         status.stopwatch = Stopwatch(clock.monotonic, 1.0 / plan.swarm.control.rate_hz)
         store = FileStore((job.keys or default_folder(plan.swarm.name)) / f"{identity}.kept")
-        core = job.make_core(Start(plan, identity, clock.now(), chance, status.stopwatch, store))
+        aside = ThreadPoolExecutor(1, "aside").submit  # starts a thread with its first task
+        core = job.make_core(Start(plan, identity, clock.now(), chance, status.stopwatch, store, aside))
         sockets = await stack.enter_async_context(serve(core))
         shell = Shell(core, plan, identity, session, swarm_clock, status, sockets)
         fed = feed(core, shell.step) if feed is not None else None

@@ -13,6 +13,7 @@ from flockwire_core.domain.motion import LeaderMotion
 from flockwire_core.law import Information
 from flockwire_core.wire.cdr import MessageError, Reader, Writer
 
+UNDECLARED: Final = "the law returned a message, but its information declares none"
 LARGEST: Final = 8192  # bytes of one message
 FIXED: Final = "must be float, int or a fixed tuple of them, as tuple[float, float, float]"
 
@@ -66,6 +67,19 @@ def law_form(information: Information) -> LawForm | None:
     if information.message is None or information.message is LeaderMotion:
         return None
     return LawForm(information.message)
+
+
+def packed(message: object, declared: Information, form: LawForm | None) -> bytes | None:
+    """Return the octets of a law's message, None without; raises ValueError or TypeError for one it may not send."""
+    if message is None:
+        return None
+    if form is not None:
+        return form.pack(message)
+    if declared.message is None:
+        raise ValueError(f"{UNDECLARED}: {message!r}")
+    if not isinstance(message, LeaderMotion):
+        raise TypeError(f"a message must be a LeaderMotion, not {message!r}")
+    return None  # an estimate has its own key
 
 
 def write_law_message(writer: Writer, message: LawMessage) -> None:
