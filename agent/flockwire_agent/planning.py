@@ -37,7 +37,9 @@ class Planning:
         self.newest = task.result()
 
     def begin(self, observation: Observation) -> None:
-        """Begin a plan in the formation phase, if none is under way."""
-        if self._task is None and observation.place is not None:
+        """Begin a plan in the formation phase, if none is under way; outside it none counts."""
+        if observation.place is None:
+            self.newest = None
+        elif self._task is None:
             self._due = observation.now + self._deadline
             self._task = self._aside(partial(self._plan, observation))

@@ -1,0 +1,276 @@
+"""What a law declares is what it gets, and what it sends arrives: over the encoded messages of virtual time."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from math import hypot
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from flockwire_core.domain.time import SECOND
+from flockwire_core.law import Decision, Information, LawSettings, Observation, Output, Pace, Sense
+from flockwire_core.loading import SwarmFileError
+from flockwire_core.own_law import START
+from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.wire.keys import Key
+from flockwire_core.wire.law_form import FormError, LawForm
+from flockwire_core.wire.plan import Plan
+
+BOTH = [[0, 1], [1, 2], [2, 1], [2, 3], [3, 2], [3, 4]]
+
+
+class Word(NamedTuple):
+    """A message with all that one may hold."""
+
+    place: tuple[float, float, float]
+    round: int
+    parts: tuple[tuple[float, int], float]
+
+
+class Law:
+    """Flies by relative positions, with arrays."""
+
+    information = Information(neighbours=Sense.POSITION, leaders=(0, 1))
+    seen: list[tuple[int, Observation]]  # by drone
+
+    def __init__(self, settings: LawSettings) -> None:
+        self.number, self.round = settings.number, 0
+
+    def command(self, o: Observation) -> Any:
+        assert o.place is not None
+        gaps = [np.array(one.position) + o.place.to(one.number, o.t) for one in o.neighbours]
+        return o.place.rate(o.t) + np.sum(gaps, axis=0) if gaps else np.zeros(3)
+
+    def step(self, o: Observation) -> Decision:
+        if abs(o.now - START) > SECOND:  # not a dry step
+            type(self).seen.append((self.number, o))
+        return Decision(self.command(o)) if o.place is not None else Decision()
+
+
+class Bearings(Law):
+    information = Information(neighbours=Sense.BEARING, leaders=(0, 1))
+
+    def command(self, o: Observation) -> Any:
+        return np.zeros(3)
+
+
+class Around(Bearings):
+    information = Information(around=Sense.DISTANCE | Sense.VELOCITY, radius=4.0, leaders=(0, 1))
+
+
+class Nothing(Bearings):
+    information = Information(leaders=(0, 1))
+
+
+class Accelerating(Law):
+    information = Information(neighbours=Sense.POSITION | Sense.VELOCITY, output=Output.ACCELERATION, leaders=(0, 1))
+
+    def command(self, o: Observation) -> Any:
+        rates = [np.array(one.velocity) for one in o.neighbours]
+        return super().command(o) + 2.0 * np.sum(rates, axis=0) if rates else np.zeros(3)
+
+
+class Rounds(Law):
+    """A round ends when all neighbours have sent theirs."""
+
+    information = Information(neighbours=Sense.POSITION, message=Word, pace=Pace.ROUND, leaders=(0, 1))
+
+    def step(self, o: Observation) -> Decision:
+        decision, followers = super().step(o), [one for one in o.heard if not one.leads]
+        if o.place is None or any(one.content.round < self.round for one in followers):
+            return decision
+        self.round += 1
+        return Decision(decision.command, Word((o.t, 0.0, 0.0), self.round, ((1.0, 2), 3.0)))
+
+
+class Planned(Law):
+    information = Information(neighbours=Sense.POSITION, deadline=0.05, leaders=(0, 1))
+
+    def plan(self, o: Observation) -> int:
+        return o.now
+
+
+@pytest.fixture
+def fly_law(fly: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> Callable[..., Any]:
+    """Fly a law of this file over links in both directions."""
+    monkeypatch.setitem(sys.modules, "interface_law", sys.modules[__name__])
+
+    def flight(law: type[Law], changes: dict[str, Any] | None = None, **more: Any) -> Any:
+        Law.seen = law.seen = []
+        given = {"control.law": f"interface_law:{law.__name__}", "graph.edges": BOTH, **(changes or {})}
+        return fly(given, **more)
+
+    return flight
+
+
+def sightings(flown: Any, number: int) -> list[Any]:
+    found = [message for _, message in flown.of("seen", uav(number), 1.0)]
+    assert len(found) > 100
+    return found
+
+
+def test_a_law_sees_bearings_of_its_in_neighbours_and_nothing_else(fly_law: Callable[..., Any]) -> None:
+    flown = fly_law(Bearings, duration=5.0)
+    for sighting in sightings(flown, 2):
+        assert {one.number for one in sighting.neighbours} <= {1, 3}
+        assert sighting.around == ()
+        for one in sighting.neighbours:
+            assert hypot(*one.bearing) == pytest.approx(1.0)
+            assert (one.distance, one.position, one.velocity) == (None, None, None)
+    last = Bearings.seen[-1][1]
+    assert (last.position, last.velocity, last.motion) == (None, None, None)
+    assert not (last.bodies or last.heard or last.around)
+
+
+def test_who_is_around_has_no_number_unless_the_law_asks(fly_law: Callable[..., Any]) -> None:
+    near = [one for s in sightings(fly_law(Around, duration=5.0), 2) for one in s.around]
+    assert near
+    assert {one.number for one in near} == {-1}
+    assert all(0.0 < one.distance < 4.0 and one.position is None and one.velocity is not None for one in near)
+
+
+def test_a_law_that_declares_nothing_receives_nothing(
+    fly_law: Callable[..., Any], make_swarm: Callable[..., Swarm]
+) -> None:
+    flown = fly_law(Nothing, duration=3.0)
+    plan = Plan(flown.world.plan.swarm)
+    received = {key.kind for i in range(1, 5) for key in plan.subscribes[uav(i)]}
+    assert received == {"pose", "nearby", "telemetry", "mission", "stop"}  # its own, for its pilot
+    assert all(key.owner in ("", uav(i), "gateway") for i in range(1, 5) for key in plan.subscribes[uav(i)])
+
+
+def test_both_ends_of_an_edge_are_of_one_time(fly_law: Callable[..., Any]) -> None:
+    flown = fly_law(Law, duration=6.0)
+    one, other = (
+        {s.stamp: n.position for s in sightings(flown, i) for n in s.neighbours if n.number == j}
+        for i, j in ((2, 3), (3, 2))
+    )
+    assert len(one.keys() & other.keys()) > 100
+    for stamp in one.keys() & other.keys():
+        assert one[stamp] == tuple(-x for x in other[stamp])
+
+
+def test_accelerations_and_arrays_fly(fly_law: Callable[..., Any]) -> None:
+    flown = fly_law(Accelerating, {"limits.acceleration": 5.0, "formation.rate": 0.0}, duration=18.0)
+    assert flown.outcome.failure == ""
+    last = [o for number, o in Accelerating.seen if number == 1 and o.place is not None][-1]
+    (leader,) = (one for one in last.neighbours if one.leads)
+    gap = np.array(leader.position) + last.place.to(0, last.t)
+    assert np.linalg.norm(gap[:2]) < 0.3
+
+
+def test_rounds_arrive_in_order_without_a_gap_over_a_lossy_network_and_twice_the_same(
+    fly_law: Callable[..., Any],
+) -> None:
+    flights = []
+    for _ in range(2):
+        fly_law(Rounds, {"sim.loss": 0.1}, duration=6.0)
+        flights.append([(n, h.number, h.sequence, h.content) for n, o in Rounds.seen for h in o.news])
+        assert max(o.news[-1].content.round for _, o in Rounds.seen if o.news) > 50
+        for i, j in ((1, 2), (2, 1), (2, 3), (3, 2)):
+            numbers = [sequence for n, number, sequence, _ in flights[-1] if (n, number) == (i, j)]
+            assert numbers == list(range(1, len(numbers) + 1))
+    assert flights[0] == flights[1]
+
+
+def test_a_plan_counts_exactly_at_its_deadline(fly_law: Callable[..., Any]) -> None:
+    fly_law(Planned, duration=5.0)
+    ages = [o.now - o.plan for _, o in Planned.seen if o.plan is not None and o.place is not None]
+    assert len(ages) > 50
+    assert min(ages) >= 50_000_000
+    assert max(ages) < 120_000_000
+
+
+def test_a_message_is_packed_and_unpacked() -> None:
+    form = LawForm(Word)
+    word = Word((1.0, 2.0, -3.5), -7, ((0.5, 9), 1e-9))
+    assert form.unpack(form.pack(word)) == word
+    assert form.size == 56
+    assert form.unpack(form.pack(Word(np.ones(3), 1, ((np.float32(1), 2), 3)))) == Word((1.0,) * 3, 1, ((1.0, 2), 3.0))  # type: ignore[arg-type]
+    for wrong in (Word((1.0, 2.0), 1, ((1.0, 2), 3.0)), Word((1.0, 2.0, float("nan")), 1, ((1.0, 2), 3.0)), (1.0, 2)):
+        with pytest.raises((ValueError, TypeError)):
+            form.pack(wrong)
+
+
+class Endless(NamedTuple):
+    names: list[float]
+
+
+class Open(NamedTuple):
+    row: tuple[float, ...]
+
+
+class Row(NamedTuple):
+    row: tuple[float, float, float, float]
+
+
+Wide = NamedTuple("Wide", [(f"f{k}", Row.__annotations__ and tuple[(float,) * 100]) for k in range(11)])  # type: ignore[misc]
+
+
+@pytest.mark.parametrize(
+    ("kind", "line"),
+    [
+        (Endless, "Endless.names: list"),
+        (Open, "has no fixed size"),
+        (dict, "must be a NamedTuple"),
+        (Wide, "takes 8800 bytes, at most 8192"),
+    ],
+)
+def test_a_type_without_a_fixed_size_is_no_message(kind: type, line: str) -> None:
+    with pytest.raises(FormError, match=line):
+        LawForm(kind)
+
+
+class Symmetric(Nothing):
+    information = Information(neighbours=Sense.BEARING, directed=False, leaders=(0, 1))
+
+
+class Telling(Nothing):
+    """Sends what it does not declare."""
+
+    def step(self, o: Observation) -> Decision:
+        return Decision(message=Word((0.0, 0.0, 0.0), 1, ((1.0, 2), 3.0)))
+
+
+class Unplanned(Planned):
+    def plan(self, o: Observation) -> int:
+        raise ArithmeticError("no solution")
+
+
+class Listing(Nothing):
+    information = Information(message=Endless)
+
+
+@pytest.mark.parametrize(
+    ("law", "changes", "line"),
+    [
+        (Symmetric, {"graph.edges": [[0, 1], [1, 2], [2, 3], [3, 4]]}, r"add the edge \[2, 1\] to graph.edges"),
+        (Symmetric, {"graph.edges": [[0, 1], [1, 2], [2, 1, 0.5], [2, 3], [3, 2], [3, 4], [4, 3]]}, "symmetric graph"),
+        (Telling, {}, "its information declares none"),
+        (Unplanned, {}, "flies in formation: ArithmeticError: no solution"),
+        (Listing, {}, "has no fixed size"),
+        (Around, {"avoidance.sensing": "neighbours"}, "avoidance.sensing = 'neighbours' has no sensor"),
+        (Bearings, {"avoidance.sensing": "neighbours"}, "may not know its neighbours' positions"),
+    ],
+)
+def test_a_law_that_cannot_be_flown_is_refused_in_one_line(
+    law: type[Law], changes: dict[str, Any], line: str, make_swarm: Callable[..., Swarm],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    monkeypatch.setitem(sys.modules, "interface_law", sys.modules[__name__])
+    Law.seen = []
+    with pytest.raises(SwarmFileError, match=line) as caught:
+        make_swarm({"control.law": f"interface_law:{law.__name__}", **changes})
+    assert "control.law" in str(caught.value)
+
+
+def test_keys_follow_from_the_declaration(make_plan: Callable[..., Plan], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "interface_law", sys.modules[__name__])
+    Law.seen = []
+    plan = make_plan({"control.law": "interface_law:Rounds", "graph.edges": BOTH})
+    assert plan.subscribers(Key("law", "uav2")) == ("uav1", "uav3")
+    assert plan.subscribers(Key("seen", "uav2")) == ("uav2",)
+    assert not any(key.kind in ("estimate", "bids") for key in plan.keys)
+    assert "uav1" not in plan.subscribers(Key("pose", "uav0"))
