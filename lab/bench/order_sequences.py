@@ -194,12 +194,13 @@ class Desk(Ground):
         asked.planned = asked.planned or now + nanoseconds(asked.given.planning)
         if now < asked.planned:
             return True
-        running, formation, leader, duration = asked.giving.to_plan
-        asked.planned = 0
+        made, asked.planned = asked.giving, 0
+        _, formation, duration, *_ = made.order
         try:
-            asked.giving.planned(plan_in_time(self._plan.swarm, running, formation, lambda: now, leader, duration), "")
+            plan = plan_in_time(self._plan.swarm, made.to_plan, formation, lambda: now, made.leader, duration)
+            made.planned(plan)
         except ChangeRefusedError as error:
-            asked.giving.planned(None, str(error))
+            made.planned(None, str(error))
         return False
 
 

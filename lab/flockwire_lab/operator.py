@@ -70,9 +70,10 @@ class VirtualOperator(Ground):
     def _plan_changes(self, now: int) -> None:
         for given in self.core.to_plan:
             assert given.to_plan is not None  # noqa: S101  (it is listed)
-            running, formation, leader, duration = given.to_plan
+            _, formation, duration, *_ = given.order
             try:
-                given.planned(plan_in_time(self._swarm, running, formation, lambda: now, leader, duration))
+                change = plan_in_time(self._swarm, given.to_plan, formation, lambda: now, given.leader, duration)
+                given.planned(change)
             except ChangeRefusedError as error:
                 given.planned(None, str(error))
 

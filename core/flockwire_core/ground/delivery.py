@@ -7,15 +7,17 @@ sent at the first step; a change of formation is made from the pilots' reports.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 
 from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.domain.time import SECOND
+from flockwire_core.domain.vector import Vector
 from flockwire_core.ground.director import LEAD_TIME, Director, Stage
 from flockwire_core.ground.first_places import with_first_places, with_held_places
 from flockwire_core.ground.fleet import GATEWAY_SILENT, IN_THE_AIR, Fleet
 from flockwire_core.ground.known_orders import KnownOrders
-from flockwire_core.ground.order import ENDING, Answer, ChangeRequest, Order, overtaken
+from flockwire_core.ground.order import ENDING, Answer, Order, overtaken
 from flockwire_core.pilot.orders import UNNUMBERED, rank
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.phase import Phase
@@ -27,21 +29,46 @@ STOP_TIME = 2 * SECOND  # ns, shortest repetition of a stop, even if confirmed
 READY_TIME = 5 * SECOND  # ns for all starting drones to be ready
 LOOK_TIME = 3 * SECOND // 2  # ns to observe the swarm before an order that depends on its state
 
+Answered = Callable[[Answer], None]
+
 
 class OrderDelivery(ABC):
-    """One order to the swarm of `plan`, requested at `asked` (Unix ns), with `giver` as its number.
+    """One `order` to the swarm of `plan`, requested at `asked`, with `giver` as its number.
 
-    `answer` is set at its end; a stop is repeated for a while after that. If `to_plan` is not None, call `planned` with
-    the result.
+    It is known here since `since` (Unix ns; default: `asked`). `answer` is set at its end, and `answered` is then
+    called with it (OperatorCore); a stop is repeated for a while after that. If `to_plan` is not None, the change from
+    that order to the formation of `order` is to be planned, which takes longer than a step may, with the `leader` there
+    (m, world frame): call `planned` with the result.
     """
 
-    def __init__(self, plan: Plan, order: Order, giver: int, asked: int) -> None:
+    def __init__(
+        self,
+        plan: Plan,
+        order: Order,
+        giver: int,
+        asked: int,
+        since: int | None = None,
+        answered: Answered = lambda _: None,
+    ) -> None:
+        self.order, self.answered = order, answered
         self.answer: Answer | None = None
-        self.to_plan: ChangeRequest | None = None
-        self._plan, self._order = plan, order
-        self._giver, self._asked = giver, asked
+        self.is_answered = False
+        self.to_plan: Mission | None = None
+        self.leader: Vector | None = None
+        self._plan, self._giver = plan, giver
+        self._asked, self._since = asked, asked if since is None else since
         self._known = KnownOrders(giver, asked)
         self._began: int | None = None
+
+    def correct(self, by: int) -> None:
+        """Record that swarm time jumps ahead by `by` ns (back if negative) before it has begun."""
+        if self._began is None:
+            self._asked, self._since = self._asked + by, self._since + by
+            self._known = KnownOrders(self._giver, self._asked)
+
+    def may_wait(self, now: int) -> bool:
+        """Return whether it may wait for swarm time at `now` (Unix ns)."""
+        return self._began is None and self.order.verb not in ENDING and now - self._since < LOOK_TIME
 
     def step(self, fleet: Fleet) -> Mission | Stop | None:
         """Return the messages to publish now, for the state of the whole swarm."""
@@ -96,7 +123,7 @@ class StopDelivery(OrderDelivery):
             self.answer = Answer(received, missing, "; ".join(filter(None, (late, turning))) if turning else "")
         if self.answer is not None and since >= STOP_TIME:
             return None
-        return Stop(fleet.now, self._plan.swarm.frame, self._order.reason)
+        return Stop(fleet.now, self._plan.swarm.frame, self.order.reason)
 
 
 class DownDelivery(OrderDelivery):
@@ -105,7 +132,7 @@ class DownDelivery(OrderDelivery):
     def _step(self, fleet: Fleet, news: str, since: int) -> Mission | None:
         own = self._known.order
         if own is None:
-            own = self._known.give(Mission(fleet.now, self._plan.swarm.frame, self._order.verb))
+            own = self._known.give(Mission(fleet.now, self._plan.swarm.frame, self.order.verb))
         return self._repeat(own, fleet)
 
 
@@ -143,18 +170,18 @@ class ChangeDelivery(OrderDelivery):
         if running is None or running.verb == "land" or not flying:
             self.answer = Answer(refusal="no drone flies a formation; `flockwire start --formation NAME` takes off")
             return
-        self._from, formation = running, self._order.formation
+        self._from, formation = running, self.order.formation
         if not running.start:  # they have held since take-off
             start, frame = fleet.now + LEAD_TIME, self._plan.swarm.frame
             order = Mission(fleet.now, frame, "formation", start, formation, without=running.without)
             self._planned = with_first_places(order, self._plan.swarm, fleet)
             return
-        position = fleet.position(self._plan.pilot[LEADER])  # a virtual or a tracked leader has no drone
+        self.leader = fleet.position(self._plan.pilot[LEADER])  # a virtual or a tracked leader has no drone
         held = with_held_places(running, self._plan.swarm, fleet) if formation != running.formation else running
         if held is None:
             self.answer = Answer(refusal="the places that the drones hold by the auction are not known; start again")
             return
-        self.to_plan = ChangeRequest(held, formation, position, self._order.duration)
+        self.to_plan = held
 
     def planned(self, mission: Mission | None, refusal: str = "") -> None:
         """Take the change that was planned, or why there is none."""
@@ -180,13 +207,13 @@ class StartDelivery(ChangeDelivery):
         order = super().step(fleet)
         if self._director is None or self.answer is not None:
             return order
-        wanted = fleet.without(self._order.without)
+        wanted = fleet.without(self.order.without)
         order = self._director.step(wanted)
         self._judge(self._director, wanted, fleet.now - (self._began or fleet.now))
         return order if self.answer is None else None
 
     def _begin(self, fleet: Fleet, running: Mission | None) -> None:
-        order = self._order
+        order = self.order
         wanted = {drone: pilot for drone, pilot in self._plan.pilots.items() if drone not in order.without}
         if self._director is not None:
             return
@@ -210,7 +237,7 @@ class StartDelivery(ChangeDelivery):
         elif director.stage is Stage.FLYING and order is not None:
             missing = fleet.unconfirmed(order)
             late = tuple(p for i, p in fleet.pilots.items() if p in missing or fleet.phase(i) != Phase.FORMATION)
-            if not late and order.formation != self._order.formation:
+            if not late and order.formation != self.order.formation:
                 self.answer = Answer(refusal="another formation was ordered meanwhile, by another station")
             elif not (late or fleet.lacking(order)) or fleet.now - director.since >= ANSWER_TIME + LEAD_TIME:
                 self._answer(fleet, late)

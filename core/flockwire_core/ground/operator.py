@@ -6,12 +6,11 @@ It is the same in real time (operator/station/operator.py) and in virtual time (
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 
 from flockwire_core.domain.airframe import Telemetry
 from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.ground.delivery import (
-    LOOK_TIME,
+    Answered,
     ChangeDelivery,
     DownDelivery,
     OrderDelivery,
@@ -32,26 +31,10 @@ ELSEWHERE = "resume: this host does not conduct the flight; `flockwire start` ta
 START = Order("start")
 ENDED = Answer(refusal="another order was given meanwhile")
 
-Answered = Callable[[Answer], None]
 DELIVERIES: Mapping[str, type[OrderDelivery]] = {
     "start": StartDelivery, "formation": ChangeDelivery, "hold": DownDelivery, "land": DownDelivery,
     "stop": StopDelivery,
 }  # fmt: skip
-
-
-@dataclass(slots=True, eq=False)
-class PendingOrder:
-    """One order, requested at `asked` and known here since `since` (Unix ns), until `answered` gets its answer.
-
-    `delivery` is None while the order waits for swarm time.
-    """
-
-    order: Order
-    asked: int
-    since: int
-    answered: Answered
-    delivery: OrderDelivery | None = None
-    is_answered: bool = False
 
 
 class OperatorCore:
@@ -67,7 +50,7 @@ class OperatorCore:
         self.knows_time = True
         self._plan, self._new_giver = plan, new_giver
         self._drones = {uav(drone): drone for drone in plan.pilots}
-        self._pending: list[PendingOrder] = []  # stops first
+        self._pending: list[OrderDelivery] = []  # stops first
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Receive a status or telemetry; no process publishes another's status."""
@@ -79,8 +62,7 @@ class OperatorCore:
     def correct(self, by: int) -> None:
         """Record that `now` jumps ahead by `by` ns (back if negative): this time has not passed."""
         for one in self._pending:
-            if one.delivery is None:
-                one.asked, one.since = one.asked + by, one.since + by
+            one.correct(by)
 
     def fleet(self, now: int) -> Fleet:
         """Return the state of all pilots at `now` (Unix ns)."""
@@ -128,7 +110,8 @@ class OperatorCore:
             self._pending = [one for one in self._pending if one.order.verb in ENDING]
             for one in ended:
                 one.answered(ENDED)
-        new = PendingOrder(order, now if asked is None else asked, now, answered)
+        made = DELIVERIES[order.verb]
+        new = made(self._plan, order, self._new_giver(), now if asked is None else asked, now, answered)
         if order.verb != "stop":
             self._pending.append(new)
             return
@@ -144,7 +127,7 @@ class OperatorCore:
     @property
     def to_plan(self) -> list[OrderDelivery]:
         """The pending orders that wait for a planned change of formation (OrderDelivery.to_plan)."""
-        return [one.delivery for one in self._pending if one.delivery is not None and one.delivery.to_plan is not None]
+        return [one for one in self._pending if one.to_plan is not None]
 
     def step(self, now: int) -> Iterator[tuple[Key, Message]]:
         """Yield the messages to publish at `now`, a stop first."""
@@ -157,24 +140,20 @@ class OperatorCore:
             if due is not None:
                 yield _key(due), due
 
-    def _give(self, one: PendingOrder, fleet: Fleet) -> Iterator[tuple[Key, Message]]:
+    def _give(self, one: OrderDelivery, fleet: Fleet) -> Iterator[tuple[Key, Message]]:
         """Continue an order; it is answered once and then ends, except for a stop, which is repeated for STOP_TIME."""
-        if one.delivery is None:
-            if one.order.verb not in ENDING and not self.knows_time and fleet.now - one.since < LOOK_TIME:
-                return
-            one.delivery = DELIVERIES[one.order.verb](self._plan, one.order, self._new_giver(), one.asked)
-        message = None
-        if one.delivery.answer is None or one.order.verb == "stop":
-            message = one.delivery.step(fleet)
+        if not self.knows_time and one.may_wait(fleet.now):
+            return
+        message = one.step(fleet) if one.answer is None or one.order.verb == "stop" else None
         if message is not None:
             yield _key(message), message
-        if one.delivery.answer is None:
+        if one.answer is None:
             return
         if message is None:
             self._pending = [other for other in self._pending if other is not one]
         if not one.is_answered:
             one.is_answered = True
-            one.answered(one.delivery.answer)
+            one.answered(one.answer)
 
 
 def _key(message: Mission | Stop) -> Key:

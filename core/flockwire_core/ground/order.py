@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from flockwire_core.domain.order import Mission
-from flockwire_core.domain.vector import Vector
-
 ENDING = ("hold", "land", "stop")  # orders that end a pending start or change
 
 
@@ -32,15 +29,6 @@ class Answer(NamedTuple):
     def failure(self) -> str:
         """Why not all confirmed it, empty if they did."""
         return self.refusal or (f"sent, but not confirmed by {', '.join(self.missing)}" if self.missing else "")
-
-
-class ChangeRequest(NamedTuple):
-    """A change of formation to be planned, which takes longer than a step may: arguments of `plan_in_time`."""
-
-    running: Mission
-    formation: str
-    leader: Vector | None  # the leader's position, m, world frame
-    duration: float | None  # s
 
 
 def overtaken(verb: str) -> Answer:

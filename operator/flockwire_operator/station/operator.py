@@ -16,11 +16,11 @@ from typing import Protocol, TypeVar
 from flockwire_core import clock
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND, nanoseconds
-from flockwire_core.ground.delivery import OrderDelivery
+from flockwire_core.ground.delivery import Answered, OrderDelivery
 from flockwire_core.ground.director import GRACE, POLL_PERIOD
 from flockwire_core.ground.fleet import Fleet
-from flockwire_core.ground.operator import Answered, OperatorCore
-from flockwire_core.ground.order import ChangeRequest, Order
+from flockwire_core.ground.operator import OperatorCore
+from flockwire_core.ground.order import Order
 from flockwire_core.objects import load_object
 from flockwire_core.runtime.session import Session
 from flockwire_core.runtime.swarm_clock import SwarmClock
@@ -103,8 +103,8 @@ class Operator:
         for made in [made for made in self._planning if made not in waiting]:
             self._planning.pop(made).cancel()
         for made in waiting:
-            if made.to_plan is not None and made not in self._planning:
-                self._planning[made] = asyncio.create_task(_answer(self._plan.swarm, made, made.to_plan))
+            if made not in self._planning:
+                self._planning[made] = asyncio.create_task(_answer(self._plan.swarm, made))
 
     async def run(self, turn: Callable[[int], Result | None], period: float | None = None) -> Result:
         """Poll, step and publish until `turn`, called with the time (Unix ns) before each step, returns something.
@@ -126,9 +126,9 @@ class Operator:
         await self.run(lambda _: seen() or clock.monotonic() >= deadline or None)
 
 
-async def _answer(swarm: Swarm, made: OrderDelivery, change: ChangeRequest) -> None:
+async def _answer(swarm: Swarm, made: OrderDelivery) -> None:
     try:
-        mission = await asyncio.to_thread(plan_order, swarm, change)
+        mission = await asyncio.to_thread(plan_order, swarm, made)
     except ValueError as error:  # ChangeRefusedError: it cannot be flown
         made.planned(None, str(error))
     except Exception as error:  # the order waits for an answer
@@ -137,9 +137,8 @@ async def _answer(swarm: Swarm, made: OrderDelivery, change: ChangeRequest) -> N
         made.planned(mission)
 
 
-def plan_order(swarm: Swarm, change: ChangeRequest) -> Mission:
-    """Return the order for `change`. Raises ChangeRefusedError."""
-    order: Mission = load_object(PLAN)(
-        swarm, change.running, change.formation, clock.now, change.leader, change.duration
-    )
+def plan_order(swarm: Swarm, made: OrderDelivery) -> Mission:
+    """Return the order for the change that `made` has to plan. Raises ChangeRefusedError."""
+    formation, duration = made.order.formation, made.order.duration
+    order: Mission = load_object(PLAN)(swarm, made.to_plan, formation, clock.now, made.leader, duration)
     return order

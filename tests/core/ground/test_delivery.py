@@ -70,7 +70,7 @@ def test_a_change_from_an_auction_waits_for_no_place_that_is_not_known(make_plan
         return made
 
     held = {"uav1": 2, "uav2": 0, "uav3": 3, "uav4": 1}
-    assert given(held).to_plan.running.change.places == (2, 0, 3, 1)
+    assert given(held).to_plan.change.places == (2, 0, 3, 1)
     refused = given({**held, "uav3": None})
     assert refused.to_plan is None
     assert "places that the drones hold by the auction are not known" in refused.answer.refusal
@@ -139,4 +139,4 @@ def test_a_change_is_checked_against_the_fence_from_where_a_leader_without_a_dro
         NOW, "world", "leader", Report("formation", position=where), 0, 0, 0, 0, 0, 0.0, 0, (), ()
     )  # fmt: skip
     made.step(Fleet(plan.pilots, known, {}, NOW))
-    assert made.to_plan.leader == where
+    assert made.leader == where

@@ -171,9 +171,9 @@ def test_a_change_that_was_planned_before_another_order_is_not_flown(opened, ver
                 getattr(flight._director, verb)(clock.now())
                 await flight.sleep(0.3)
 
-            def plan(swarm, change):
+            def plan(_, made):
                 asyncio.run_coroutine_threadsafe(order_meanwhile(), loop).result()
-                return change.running._replace(stamp=clock.now(), verb="formation")
+                return made.to_plan._replace(stamp=clock.now(), verb="formation")
 
             loop = asyncio.get_running_loop()
             monkeypatch.setattr(operator, "plan_order", plan)
