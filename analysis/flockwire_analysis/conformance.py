@@ -73,24 +73,24 @@ class _Replay:
         self._trace, self._number, self._life = trace, number, life
         telemetry = trace.of("telemetry", number)
         self._stamps, self._flew = telemetry.stamps, np.isin(telemetry.values[:, 0], AIRBORNE)
-        self._newest = 0  # stamp, Unix ns
-        self._landed = 0  # when it was seen in flight last before it stood without an order to land, Unix ns
-        self._set_back = False  # its clock: stamps of others are none of its own before this one
+        self._landed = (0, 0)  # after when and by when it came down last without an order to land, Unix ns
+        self._set_back = False  # its clock: from then on, stamps of others are none of its own
 
     def deviations(self) -> Iterator[str]:
-        past: set[Version] = set()  # of these none holds again
+        past: set[Version] = set()  # of the log: of these none holds again
         for before, after in pairwise(self._life.history):
-            self._newest = max(self._newest, before.stamp)
-            self._set_back = after.stamp < self._newest
+            back = after.stamp < before.stamp or after.telemetry < before.telemetry - TOLERANCE
+            self._set_back = self._set_back or back
             orders = self._orders(before, after)
             where = f"{uav(self._number)} at {at(self._trace, after.stamp)}"
             if after.phase not in self._phases(before, after, orders):
                 yield f"{where}: {after.phase} after {before.phase} ({_verb(before)}, {_verb(after)})"
             if before.phase in IN_FLIGHT and after.phase not in IN_FLIGHT and _verb(after) != "land":
-                self._landed = before.stamp
+                self._landed = before.stamp, after.stamp
             if version_of(before.mission) == version_of(after.mission):
                 continue
-            past.update(version for version in (version_of(before.mission),) if version is not None)
+            if before.mission is not None and before.mission.number:
+                past.add(before.mission.version)
             if version_of(after.mission) in past or not _may_follow(before, after, orders):
                 yield f"{where}: {_verb(after)} holds after {_verb(before)}"
 
@@ -147,10 +147,11 @@ class _Replay:
         """Return whether `order` may be from before the process, or the drone have come down since."""
         if order is None or order.stamp <= self._life.after:
             return (True,)
-        if order.stamp <= self._landed:
+        flew, stood = self._landed
+        if order.stamp <= flew:
             return (True,)
         landed = before.phase in IN_FLIGHT and after.phase not in IN_FLIGHT
-        return (False, True) if landed or order.stamp <= self._life.before else (False,)
+        return (False, True) if landed or order.stamp <= max(stood, self._life.before) else (False,)
 
     def _airborne(self, first: int, last: int) -> tuple[bool, ...]:
         """Return whether the drone may have flown, by the telemetry from `first` to `last` (Unix ns, 0: none)."""
@@ -178,8 +179,8 @@ class _Replay:
 def _may_follow(before: Observed, after: Observed, orders: tuple[Mission | None, ...]) -> bool:
     """Return whether the order of `after` may have taken the place of that of `before`, with `orders` between.
 
-    An order of the log follows one with a lower number, and a hold or landing that it has numbered or outranks. One
-    without a number follows what it outranks, or an upward order that came between.
+    An order of the log follows one with a lower number, and a hold or landing that it has numbered, or that does not
+    outrank it. One without a number follows what it outranks, or an upward order that came between.
     """
     order, was = after.mission, before.mission
     if order is None or was is None:
@@ -188,7 +189,7 @@ def _may_follow(before: Observed, after: Observed, orders: tuple[Mission | None,
         return order.number > was.number
     if order.number:
         numbered = {*order.downs, order.version}
-        return rank(order) > rank(was) or not numbered.isdisjoint(before.unnumbered)
+        return rank(order) >= rank(was) or not numbered.isdisjoint(before.unnumbered)
     return rank(order) >= rank(was) or any(one is not None and not rank(one) for one in orders)
 
 

@@ -30,7 +30,7 @@ LOOKING = 30.0  # s for which a landing may look for a free place in a room with
 DISTANCES = ("distance:", "clearance:")  # law "paper", without a safety filter, promises none (docs/study.md)
 NO_PLACE = f"pilot: landing, {CROWDED.code}"
 UNOWED = {  # a hand still holds it; it obeys its last command; it is elsewhere until its pilot knows (docs/safety.md)
-    HAND: ("down",), UPLINK: ("fence", "clearance"), APART: ("distance", "clearance", "fence"),
+    HAND: ("down",), UPLINK: ("fence", "clearance"), APART: ("distance", "clearance", "fence"), "swap": ("fence",),
 }  # fmt: skip
 
 
@@ -120,7 +120,8 @@ class Judge:
         """Yield the properties that faults excuse, each with the drone that it excuses."""
         for fault in self.flight.faults:
             for name in UNOWED.get(fault["kind"], ()):
-                yield name, uav(fault["drone"])
+                for drone in fault.get("drones") or [fault["drone"]]:
+                    yield name, uav(drone)
 
     def take(self, published: Published) -> None:
         """Receive what is published."""
