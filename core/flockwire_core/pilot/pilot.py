@@ -211,7 +211,7 @@ class Pilot:
             1.0 if mission is not None and self._parameters.number in mission.without else 0.0,
             1.0 if failure else 0.0,
             1.0 if state is FlightState.HELD else 0.0,
-            pose_age,
+            NEVER if self._body.why else pose_age,
             min(pose_age, age(self.born, now)),
             silence,
             _lasting(self._down_since, now),
