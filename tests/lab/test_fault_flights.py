@@ -76,6 +76,8 @@ def test_a_hard_touch_down_would_be_seen(flown: list[Result]) -> None:
         pytest.param(4087, id="an agent restarted in flight that does not hear its driver"),
         pytest.param(470, id="a body that is lost above one who is about to touch down"),
         pytest.param(1767, id="a stop after the drivers' clock was set back"),
+        pytest.param(3319, id="a pilot's clock is set back before it takes off"),
+        pytest.param(183, id="a pilot's clock is set back in formation"),
     ],
 )
 def test_what_went_wrong_once(seed: int) -> None:
@@ -89,6 +91,10 @@ def test_what_went_wrong_once(seed: int) -> None:
         pytest.param(321151, id="without poses between two that land"),
         pytest.param(320093, id="a pilot that wakes up in the take-off of before"),
         pytest.param(322183, id="a Tello that takes off as the flight ends, its driver frozen"),
+        pytest.param(1820, id="a landing that holds again before the log numbers it"),
+        pytest.param(2515, id="a landing numbered after another one that never arrived"),
+        pytest.param(552, id="an order given while its driver sets it down"),
+        pytest.param(271, id="two names exchanged half a metre apart"),
     ],
 )
 def test_what_went_wrong_once_in_rare_flights(seed: int) -> None:

@@ -23,7 +23,9 @@ class MovingPoint:
 
     def order(self, mission: Mission, now: int) -> None:
         """Receive an order at `now` (Unix ns)."""
-        if not self.orders.take(mission, now):
+        was = self.orders.mission
+        self.orders.take(mission, now)
+        if self.orders.mission is was:
             return
         t = self._time(now)
         if t is not None:

@@ -57,6 +57,9 @@ class Orders:
         if order.number > self.number:
             self._logged = order
             self._drop(order.downs)
+        elif order.number and self._logged is not None and order.number == self._logged.number:
+            self._correct(order, self._logged)
+            return False
         elif order.number or not rank(order) or self._has(order):
             return False
         else:
@@ -69,6 +72,12 @@ class Orders:
             found = other if rank(other) >= rank(found) else found
         self.mission = found
         return found is not None and (was is None or found.version != was.version)
+
+    def _correct(self, repeated: Mission, logged: Mission) -> None:
+        """Take over the start of the repeated order: the own clock may have been corrected since it came."""
+        if repeated.version == logged.version and repeated.start != logged.start:
+            self.mission = repeated if self.mission is logged else self.mission
+            self._logged = repeated
 
     def _drop(self, numbered: tuple[Version, ...]) -> None:
         """Remove the orders that the log has numbered, and those before them that they replaced."""

@@ -108,8 +108,8 @@ class StatusPublisher:
         slow = self.stopwatch.reason() if self.stopwatch is not None else None
         if slow is not None:
             report = report._replace(reasons=(*report.reasons, slow))
-        if report.mission is not None and report.mission.ahead:
-            report = report._replace(mission=report.mission.shift(-report.mission.ahead))
+        if report.mission is not None and self.ahead:
+            report = report._replace(mission=report.mission.shift(-self.ahead))
         status = Status(
             now - self.ahead, self._frame, self._identity, report,
             counts.steps, counts.delayed_1ms, counts.delayed_5ms, counts.skipped, self._resources.refused(),

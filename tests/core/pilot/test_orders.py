@@ -85,6 +85,14 @@ def test_a_number_alone_is_no_other_order():
     assert (orders.number, orders.unnumbered) == (2, ())
 
 
+def test_the_start_of_a_repeated_order_is_taken_over_once_the_own_clock_is_corrected():
+    orders, start = Orders(), Mission(5, "world", "start", start=SECOND, giver=1, number=3)
+    assert orders.take(start, 10)
+    assert not orders.take(start.shift(7), 20)
+    assert orders.mission == start.shift(7)
+    assert orders.taken == 10
+
+
 def test_the_age_is_that_of_the_newest_order():
     orders = Orders()
     assert orders.age(NOW) == -1.0
