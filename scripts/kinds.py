@@ -27,6 +27,7 @@ HOMONYMS = {  # words that mean something else there
     ("core/flockwire_core/swarm/leader.py", "ros"),  # a kind of leader
     ("operator/flockwire_operator/station/idle_options.py", "ros"),  # a source of poses
     ("core/flockwire_core/loading.py", "leader"),
+    ("core/flockwire_core/swarm/leader.py", "leader"),
     ("operator/flockwire_operator/station/initial.py", "leader"),
     ("operator/flockwire_operator/station/answers.py", "leader"),
     ("core/flockwire_core/runtime/configuration.py", "router"),  # Zenoh's own modes

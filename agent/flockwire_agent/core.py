@@ -8,7 +8,6 @@ from math import dist, inf, isfinite
 from typing import TYPE_CHECKING, Any, Final
 
 from flockwire_core.control.airframe.acceleration import AccelerationInput
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.signals import Signals
@@ -58,7 +57,8 @@ class AgentCore:
         self._estimate_key, self._bids_key = Key("estimate", name), Key("bids", name)
         self._signals_key, self._law_key = Key("signals", name), Key("law", name)
         self._rank = swarm.followers.index(number)
-        self._neighbour_ranks = {j: swarm.followers.index(j) for j in swarm.topology.neighbours(number) if j != LEADER}
+        ranks = {j: rank for rank, j in enumerate(swarm.followers)}
+        self._neighbour_ranks = {j: ranks[j] for j in swarm.topology.neighbours(number) if j in ranks}
         self._formations = {name: swarm.build_formation(name) for name in swarm.formation_names}
         neighbours, depths, filtered = (
             swarm.topology.neighbours(number),
@@ -66,7 +66,7 @@ class AgentCore:
             swarm.control.filtered,
         )
         self._declared = declared = information_of(swarm)
-        own, form, leaders = declared.own, law_form(declared), frozenset({LEADER})
+        own, form, leaders = declared.own, law_form(declared), frozenset(swarm.leaders)
         make = partial(make_law, law_object(swarm), law_settings(swarm, number))
         self._law = GuardedLaw(make, name, stopwatch, declared, form, aside)
         self._relays, self._whole = relays(swarm), own & WHOLE == WHOLE
@@ -79,10 +79,11 @@ class AgentCore:
         self._neighbourhood = Neighbourhood(
             neighbours,
             swarm.limits.staleness,
-            swarm.leader.kind,
+            swarm.reference.kind,
             swarm.limits.disagreement if filtered else inf,
-            frozenset(j for j in neighbours if filtered and depths[j] < depths[number]),
+            frozenset(j for j in neighbours if filtered and depths.get(j, 0) < depths.get(number, 0)),
             parameters.limits.speed,
+            swarm.sole_leader,
         )
         accelerates = declared.output is Output.ACCELERATION
         self._accelerations = AccelerationInput(parameters.lag, parameters.period) if accelerates else None
@@ -103,7 +104,11 @@ class AgentCore:
             **{Key("estimate", uav(j)): self._neighbourhood.take_estimate(j) for j in neighbours},
             **({Key("law", uav(j)): self._hearing.take(j) for j in self._hearing.speakers} if self._hearing else {}),
             **({Key("seen", name): self._sight.take} if self._sight else {}),
-            **({Key("bids", uav(j)): self._auction.take for j in neighbours if j} if self._auction else {}),
+            **(
+                {Key("bids", uav(j)): self._auction.take for j in neighbours if j not in swarm.leaders}
+                if self._auction
+                else {}
+            ),
             **pilot.handlers,
         }
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from math import hypot
 from typing import NamedTuple
 
-from flockwire_core.control.graph import LEADER, Graph
+from flockwire_core.control.graph import Graph
 
 COLUMN, ROW, RADIUS, MARGIN = 120.0, 76.0, 21, 44.0
 ABOVE = 9.0  # distance of a weight above its edge
@@ -52,7 +52,7 @@ def graph_picture(graph: Graph) -> GraphPicture:
         _edge(places[source], bow, places[target], weight)
         for (source, target, weight), bow in zip(graph.edges, bows, strict=True)
     )
-    nodes = tuple(Node(number, *_rounded(place), number == LEADER) for number, place in places.items())
+    nodes = tuple(Node(number, *_rounded(place), number in graph.leaders) for number, place in places.items())
     return GraphPicture(_box([*places.values(), *bows]), edges, nodes)
 
 

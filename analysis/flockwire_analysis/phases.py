@@ -7,7 +7,6 @@ from itertools import pairwise, zip_longest
 
 import numpy as np
 from flockwire_core.control.formation import Formation
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
 from flockwire_core.pilot.orders import flown_formation, flown_place, is_known
@@ -130,7 +129,7 @@ def shared_places(trace: Trace, least: float) -> tuple[str, ...]:
     for mission, span in _spans(trace):
         if mission.formation not in trace.swarm.auctioned or span.length < least:
             continue
-        owners: dict[int | None, int] = {None: LEADER}
+        owners: dict[int | None, int] = {}
         for number in trace.followers:
             place = [place for at, place in _held(trace, number, mission, span.begin) if at <= span.end][-1]
             other = owners.setdefault(place, number)

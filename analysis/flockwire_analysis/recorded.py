@@ -7,7 +7,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.order import Mission, Stop, Version
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.keys import ROWS, TIME_REQUEST, Delivery, Key
@@ -129,7 +128,13 @@ class Trace:
         truth = self.of("truth", number)
         return truth if len(truth) else self.of("pose", number)
 
+    @property
+    def leader(self) -> Series:
+        """The positions of the leader from which the places of a formation count, none without it."""
+        sole = self.swarm.sole_leader
+        return series_of(Columns("pose")) if sole is None else self.positions(sole)
+
     def placed(self) -> tuple[int, ...]:
-        """Return the drones whose position is known: the leader's number first, virtual or not."""
-        numbers = sorted({LEADER, *self.flying})
+        """Return the drones whose position is known, ascending, virtual leaders too."""
+        numbers = sorted({*self.swarm.leaders, *self.flying})
         return tuple(number for number in numbers if len(self.positions(number)))

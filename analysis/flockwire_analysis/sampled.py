@@ -8,7 +8,6 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.time import SECOND
 
 from flockwire_analysis.phases import airborne, formation_phases, origin
@@ -61,7 +60,7 @@ def sampled(trace: Trace, most: int) -> Sampled:
     first = zero - (zero - begin) // step * step
     stamps = np.arange(first, max(first, trace.end) + 1, step, dtype=np.int64)
     numbers = sorted(trace.plan.pilot)
-    leader = places(trace, LEADER, stamps)
+    leader = interpolated(trace.leader, stamps)
     return Sampled(
         trace,
         zero,

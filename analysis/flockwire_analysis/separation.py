@@ -162,4 +162,4 @@ def outside_fence(trace: Trace, places: Floats) -> Booleans:
 
 def own_places(trace: Trace, number: int, stamps: Integers) -> Floats:
     """Return h_i + x_0 of follower `number`, m, shape n x 3, NaN if it is unknown."""
-    return offsets(trace, number, stamps) + interpolated(trace.positions(0), stamps)
+    return offsets(trace, number, stamps) + interpolated(trace.leader, stamps)

@@ -158,7 +158,8 @@ class _Lacking:
             return "the trace ends before the formation's time 0"
         if unknown is not None:
             return f"the swarm has no formation {unknown!r}, which was started"
-        return "" if len(trace.positions(0)) else "no pose of the leader, uav0, was recorded"
+        sole = trace.swarm.sole_leader
+        return "" if sole is None or len(trace.leader) else f"no pose of the leader, {uav(sole)}, was recorded"
 
 
 def _steps(trace: Trace) -> StepFigures:

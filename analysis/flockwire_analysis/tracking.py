@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.time import SECOND
 
 from flockwire_analysis.phases import Span, formation_phases, offsets
@@ -64,7 +63,7 @@ def references(trace: Trace, number: int, times: Integers) -> Floats:
     """Return the place x_0 + h_i of a follower in m, NaN outside the formation phases; of any other drone: unknown."""
     if number not in trace.followers:
         return np.full((len(times), 3), np.nan)
-    wanted = offsets(trace, number, times) + interpolated(trace.positions(LEADER), times)
+    wanted = offsets(trace, number, times) + interpolated(trace.leader, times)
     wanted[~in_formation(trace, times)] = np.nan
     return wanted
 
@@ -91,13 +90,13 @@ def in_formation(trace: Trace, times: Integers) -> Booleans:
 
 def observation_errors(trace: Trace) -> dict[int, Errors]:
     """Return |eta_i - x_0| of each follower at the stamps of its estimates, where the leader's position is known."""
-    leader, estimates = trace.positions(0), {i: trace.of("estimate", i) for i in trace.followers}
+    leader, estimates = trace.leader, {i: trace.of("estimate", i) for i in trace.followers}
     return {i: _errors(e.stamps, e.values[:, :3] - interpolated(leader, e.stamps)) for i, e in estimates.items()}
 
 
 def formation_errors(trace: Trace) -> dict[int, Errors]:
     """Return |x_i - h_i - x_0| of each follower at the stamps of its positions, from the formation's time 0."""
-    leader, places = trace.positions(0), {i: trace.positions(i) for i in trace.followers}
+    leader, places = trace.leader, {i: trace.positions(i) for i in trace.followers}
     return {
         i: _errors(x.stamps, x.values - offsets(trace, i, x.stamps) - interpolated(leader, x.stamps))
         for i, x in places.items()

@@ -9,7 +9,6 @@ from typing import cast
 
 from pydantic import ValidationError
 
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.body import Body, BodyKind
 from flockwire_core.domain.motion import LeaderMotion, Motion
 from flockwire_core.domain.time import SECOND
@@ -76,6 +75,11 @@ def law_problems(swarm: Swarm) -> Iterator[Problem]:
         yield Problem("control.law", f"its information must be an Information, not {declared!r}")
         return
     yield from (Problem("control.law", rule) for rule in _contradictions(declared, swarm))
+    least, most = declared.leaders
+    if hasattr(law, "information") and not least <= len(swarm.leaders) <= most:
+        counts = " to ".join(map(str, dict.fromkeys(declared.leaders)))
+        rule = f"control.law = {swarm.control.law!r} needs {counts}, the file has {len(swarm.leaders)}"
+        yield Problem("leaders", rule)
     model = getattr(law, "Parameters", NoParameters)
     try:
         model.model_validate_json(json.dumps(swarm.control.parameters))
@@ -91,7 +95,7 @@ def _contradictions(declared: Information, swarm: Swarm) -> Iterator[str]:
         law_form(declared)
     except (FormError, NameError) as error:
         yield str(error)
-    virtual = swarm.leader.kind == "virtual" and any(source == LEADER for source, _ in named)
+    virtual = any(source in swarm.leaders and not swarm.leading[source].has_body for source, _ in named)
     if declared.neighbours and virtual:
         yield "it sees its neighbours, but leader.kind = 'virtual' has no body to be seen: give the leader one"
     if declared.around and declared.radius > 0.0 and swarm.avoidance.sensing != "nearby":
@@ -99,7 +103,7 @@ def _contradictions(declared: Information, swarm: Swarm) -> Iterator[str]:
     if swarm.avoidance.sensing == "neighbours" and not _knows_positions(declared):
         yield "it may not know its neighbours' positions, which avoidance.sensing = 'neighbours' sends: use 'nearby'"
     if not declared.directed:
-        lonely = [(j, i) for j, i in named if LEADER not in (i, j) and (i, j) not in named]
+        lonely = [(j, i) for j, i in named if not {i, j}.intersection(swarm.leaders) and (i, j) not in named]
         weights = {edge[:2]: edge[2] for edge in edges}
         uneven = [(j, i) for j, i in named if (i, j) in named and weights[j, i] != weights[i, j]]
         if lonely or uneven:
@@ -145,10 +149,14 @@ def dry_flight(swarm: Swarm, number: int, said: list[object]) -> Iterator[tuple[
     """
     declared = information_of(swarm)
     period = 1.0 / swarm.control.rate_hz
-    leader = add(swarm.drone(LEADER).start if LEADER in swarm.flying else ZERO, (0.0, 0.0, swarm.limits.takeoff_height))
+    sole = swarm.sole_leader
+    leader = add(
+        swarm.drone(sole).start if sole in swarm.flying and sole is not None else ZERO,
+        (0.0, 0.0, swarm.limits.takeoff_height),
+    )
     rank = swarm.followers.index(number)
     estimates = swarm.topology.neighbours(number)
-    ranks = {j: swarm.followers.index(j) for j in estimates if j != LEADER}
+    ranks = {j: swarm.followers.index(j) for j in estimates if j in swarm.followers}
     place = Place(swarm.build_formation(), rank, START, ranks)
     start, flown = swarm.drone(number).start, add(add(leader, place.offset(0.0)), OFF_PLACE)
     kinds = (BodyKind.DRONE, BodyKind.OBSTACLE) if swarm.obstacles else (BodyKind.DRONE,)
@@ -164,10 +172,10 @@ def dry_flight(swarm: Swarm, number: int, said: list[object]) -> Iterator[tuple[
         now = START + round(step * period * SECOND)
         motion = Motion(position, ZERO, position) if position is not None else None
         content = LeaderMotion(leader) if relays(swarm) else said[-1] if said else None
-        heard = [Heard(j, weight, j == LEADER, now, step, content) for j, weight in estimates.items()]
+        heard = [Heard(j, weight, j in swarm.leaders, now, step, content) for j, weight in estimates.items()]
         heard = heard if motion is not None and content is not None else []
-        seen = [_seen(declared.neighbours, j, weight) for j, weight in estimates.items()]
-        around = [_seen(declared.around, number + 1 if declared.named else -1, 0.0)] if declared.radius else []
+        seen = [_seen(declared.neighbours, j, weight, j in swarm.leaders) for j, weight in estimates.items()]
+        around = [_seen(declared.around, number + 1 if declared.named else -1, 0.0, False)] if declared.radius else []
         near = bodies if reference is not None else ()
         yield when, Observation(
             t=(now - START) / SECOND if reference is not None else 0.0, dt=period, stamp=now,
@@ -180,12 +188,12 @@ def dry_flight(swarm: Swarm, number: int, said: list[object]) -> Iterator[tuple[
         )  # fmt: skip
 
 
-def _seen(sense: Sense, number: int, weight: float) -> Seen:
+def _seen(sense: Sense, number: int, weight: float, leads: bool) -> Seen:
     """Return a drone that is seen beside another in a dry step."""
     return Seen(
         number,
         weight,
-        number == LEADER,
+        leads,
         (0.6, 0.8, 0.0) if sense & Sense.BEARING else None,
         1.0 if sense & Sense.DISTANCE else None,
         BESIDE if sense & Sense.POSITION else None,

@@ -29,6 +29,7 @@ class PilotParameters(NamedTuple):
     frame: str  # the name of the world frame
     period: float  # s, between two steps
     driver: str  # the processes that drive its airframe, for messages
+    leaders: tuple[int, ...]  # likewise
     lag: float  # s, of its airframe
     dead_time: float  # s, likewise
     speed: float  # m/s, at most
@@ -62,6 +63,7 @@ def pilot_parameters(swarm: Swarm, number: int) -> PilotParameters:
         frame=swarm.frame,
         period=1.0 / swarm.control.rate_hz,
         driver=", ".join(Roster(swarm).drivers(number)),
+        leaders=swarm.leaders,
         lag=airframe.lag,
         dead_time=airframe.dead_time,
         speed=swarm.full_speed(number),

@@ -120,7 +120,8 @@ def _named(swarm: Swarm) -> Iterator[tuple[str, str]]:
         module = swarm.control.law.rpartition(":")[0]
         yield "control.law", module if module.endswith(".py") else law.relative_to(swarm.folder).as_posix()
     formations = {f"formations.{name}": each for name, each in swarm.formations.items()}
-    tables = {"formation": swarm.formation, **formations, "leader.trajectory": swarm.leader.trajectory}
+    leading = {f"{swarm.leader.key(i)}.trajectory": leader.trajectory for i, leader in swarm.leading.items()}
+    tables = {"formation": swarm.formation, **formations, **leading}
     for key, table in tables.items():
         name = getattr(table, "file", None)
         if name is not None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.airframe import Command
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.vector import Vector
@@ -86,14 +85,17 @@ class ScriptedSteering(Ground):
 
     period = 0.05
 
-    def __init__(self, frame: str, script: Script) -> None:
+    def __init__(self, swarm: Swarm, script: Script) -> None:
         super().__init__()
-        self._frame, self._script = frame, script
+        self._swarm, self._script = swarm, script
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Publish the current velocity."""
         velocity = self._script(now)
-        return [] if velocity is None else [(Key(STEERING, uav(LEADER)), Command(now, self._frame, velocity))]
+        if velocity is None:
+            return []
+        command = Command(now, self._swarm.frame, velocity)
+        return [(Key(STEERING, uav(number)), command) for number in self._swarm.steered]
 
     def report(self, now: int) -> Report:
         """Return that it steers."""

@@ -157,7 +157,7 @@ class World:
         if identity in self._stations:
             return lambda _, __: self._seated.get(identity, self._stations[identity])
         if identity in self._operators:
-            return lambda _, __: ScriptedSteering(self.swarm.frame, self._script)
+            return lambda _, __: ScriptedSteering(self.swarm, self._script)
 
         def make(now: int, starts: int) -> Core:
             chance = Random(f"{self.swarm.gateway.seed} {self._seed} {identity} {starts}")  # noqa: S311  (noise)

@@ -1,9 +1,8 @@
-"""The flying leader's core: it flies uav0 on its trajectory or as steered."""
+"""A flying leader's core: it flies its drone on its trajectory or as steered."""
 
 from __future__ import annotations
 
 from flockwire_core.control.around.way_of_mover import WayOfMover
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.airframe import Command
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
@@ -22,23 +21,23 @@ from flockwire_leader.teleoperation import Teleoperation
 from flockwire_leader.tracked import TrackedLeader
 from flockwire_leader.virtual import VirtualLeader
 
-SILENCE = 0.0  # s: the leader has no in-neighbours
+SILENCE = 0.0  # s: a leader has no in-neighbours
 
 
 class FlyingLeader:
-    """Flies drone 0 along the trajectory, or as a person steers it; started at `now` (Unix ns)."""
+    """Flies leader `number` along its trajectory, or as a person steers it; started at `now` (Unix ns)."""
 
-    def __init__(self, swarm: Swarm, now: int) -> None:
-        pilot, airframe = pilot_parameters(swarm, LEADER), swarm.airframe(LEADER)
+    def __init__(self, swarm: Swarm, number: int, now: int) -> None:
+        pilot, airframe = pilot_parameters(swarm, number), swarm.airframe(number)
         self._pilot = Pilot(pilot, now)
         self.triggers = frozenset({self._pilot.pose_key})
         self.prompt = frozenset({MISSION})
         self.period = pilot.period
-        self._course = Course(swarm)
-        self._mover = WayOfMover(detour_parameters(swarm, LEADER)) if swarm.control.filtered else None
+        self._course = Course(swarm, number)
+        self._mover = WayOfMover(detour_parameters(swarm, number)) if swarm.control.filtered else None
         ahead = airframe.lag + airframe.dead_time  # s
         self._leads_stopping = pilot.guard is not None and (ahead > 0.0 or pilot.disturbance > 0.0)
-        self._teleoperation = Teleoperation(swarm) if swarm.leader.steered else None
+        self._teleoperation = Teleoperation(swarm, number) if swarm.leading[number].steered else None
         self._flown: Mission | None = None  # the order of the course
 
     def receive(self, key: Key, message: Message, now: int) -> None:
@@ -100,12 +99,12 @@ class FlyingLeader:
 
 
 def make_core(start: Start) -> FlyingLeader | TrackedLeader | VirtualLeader:
-    """Return the core of the leader that the swarm has."""
-    swarm = start.plan.swarm
-    match swarm.leader.kind:
+    """Return the core of one leader, by its kind."""
+    swarm, number = start.plan.swarm, start.drone
+    match swarm.leading[number].kind:
         case "tracked":
-            return TrackedLeader(swarm)
+            return TrackedLeader(swarm, number)
         case "virtual":
-            return VirtualLeader(swarm)
+            return VirtualLeader(swarm, number)
         case _:
-            return FlyingLeader(swarm, start.now)
+            return FlyingLeader(swarm, number, start.now)

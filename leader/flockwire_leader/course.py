@@ -1,4 +1,4 @@
-"""The course of the flying leader: its trajectory, which waits while the leader is held back, and detours.
+"""The course of a flying leader: its trajectory, which waits while the leader is held back, and detours.
 
     u_0 = p x_d'(s) + K (x_d(s) − x_0),     ds/dt = p = max(p_error, p_place)        (ours)
 
@@ -19,7 +19,6 @@ from math import hypot, inf
 
 from flockwire_core.control.around.bent_place import BentPlace
 from flockwire_core.control.around.sidestep import Sidestep
-from flockwire_core.control.graph import LEADER
 from flockwire_core.control.trajectory_time import LONGEST_STEP, TrajectoryTime, falling, free_error
 from flockwire_core.domain.body import Body, BodyKind
 from flockwire_core.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
@@ -36,8 +35,8 @@ SIDE_SWITCH_TIME = 10.0  # s without progress: half around an obstacle takes lon
 class Course:
     """The leader's trajectory, from where it is when it begins; `time` is the trajectory's own, with its waits."""
 
-    def __init__(self, swarm: Swarm) -> None:
-        airframe, leader = swarm.airframe(LEADER), swarm.leader
+    def __init__(self, swarm: Swarm, number: int) -> None:
+        airframe, leader = swarm.airframe(number), swarm.leading[number]
         self._trajectory, self._gain, self._filtered = (
             leader.trajectory.build(),
             leader.tracking_gain,
@@ -48,7 +47,7 @@ class Course:
         self._delay = self._ahead + REACTION_PERIODS / swarm.control.rate_hz
         self._braking, self._separation = swarm.limits.acceleration, swarm.avoidance.kept
         self._sidestep = Sidestep(sidestep_parameters(swarm), SIDE_SWITCH_TIME)
-        self._detour = detour_parameters(swarm, LEADER)
+        self._detour = detour_parameters(swarm, number)
         self._straighten()
         self._origin = ZERO  # start of the trajectory, m
         self._passed = 0.0  # m along the trajectory

@@ -18,8 +18,9 @@ class Teleoperation:
     A command older than limits.staleness.steering_stop is none: the leader stops at once.
     """
 
-    def __init__(self, swarm: Swarm) -> None:
-        self._speed, self._acceleration = swarm.leader.speed, swarm.leader.acceleration  # m/s, m/s^2
+    def __init__(self, swarm: Swarm, number: int) -> None:
+        leader = swarm.leading[number]
+        self._speed, self._acceleration = leader.speed, leader.acceleration  # m/s, m/s^2
         self._vertical_speed, self._stale = swarm.limits.vertical_speed, swarm.limits.staleness.steering_stop  # m/s, s
         self._newest: Command | None = None
         self._velocity: Vector = ZERO

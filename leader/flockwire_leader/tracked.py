@@ -1,8 +1,7 @@
-"""The tracked leader's core: it watches a body that a person carries, and commands nothing."""
+"""A tracked leader's core: it watches a body that a person carries, and commands nothing."""
 
 from __future__ import annotations
 
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
@@ -19,11 +18,11 @@ from flockwire_core.wire.status import Report
 class TrackedLeader(Ground):
     """Reports whether the tracker sees the body; the gateway publishes its pose to the followers."""
 
-    def __init__(self, swarm: Swarm) -> None:
+    def __init__(self, swarm: Swarm, number: int) -> None:
         super().__init__()
-        self.period, self._body = 1.0 / swarm.control.rate_hz, swarm.body(LEADER)
+        self.period, self._body = 1.0 / swarm.control.rate_hz, swarm.body(number)
         self._limit = swarm.limits.staleness.pose_zero  # s
-        self._pose_key = Key("pose", uav(LEADER))
+        self._pose_key = Key("pose", uav(number))
         self._pose: Pose | None = None
         self._orders = Orders()
         self.prompt = frozenset({MISSION})

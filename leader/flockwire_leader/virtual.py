@@ -1,8 +1,7 @@
-"""The virtual leader's core: a point on the trajectory."""
+"""A virtual leader's core: a point on the trajectory."""
 
 from __future__ import annotations
 
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.pilot.moving_point import MovingPoint
@@ -17,11 +16,12 @@ from flockwire_core.wire.status import Report
 class VirtualLeader(Ground):
     """A point that moves along the trajectory after a start order, and rests after any other."""
 
-    def __init__(self, swarm: Swarm) -> None:
+    def __init__(self, swarm: Swarm, number: int) -> None:
         super().__init__()
         self.prompt = frozenset({MISSION})
         self._frame, self.period = swarm.frame, 1.0 / swarm.control.rate_hz
-        self._point = MovingPoint(swarm.leader.trajectory.build(), swarm.leader.start)
+        self._pose_key, leader = Key("pose", uav(number)), swarm.leading[number]
+        self._point = MovingPoint(leader.trajectory.build(), leader.start)
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Receive a message."""
@@ -30,7 +30,7 @@ class VirtualLeader(Ground):
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Publish the point's position at `now`."""
-        return [(Key("pose", uav(LEADER)), Pose(now, self._frame, self._point.advance(now)))]
+        return [(self._pose_key, Pose(now, self._frame, self._point.advance(now)))]
 
     def report(self, now: int) -> Report:
         """Return the leader's status."""

@@ -7,7 +7,6 @@ from math import floor
 from typing import Final, NamedTuple
 
 from flockwire_core.compiling import mypyc_attr
-from flockwire_core.control.graph import LEADER
 from flockwire_core.control.tracker import VelocityTracker
 from flockwire_core.domain.body import Body, BodyKind, to_axis
 from flockwire_core.domain.record import Record
@@ -61,7 +60,6 @@ class Stray(NamedTuple):
 
 
 Called = str | int | Stray  # a body's name; without one the tracker's number: it may turn out to be a drone's
-CARRIED = Stray(LEADER)  # the body of a person who carries the leader
 
 
 class Cylinder(NamedTuple):
@@ -116,7 +114,7 @@ class FieldBodies:
         self._reach = safe.sensing_radius
         self._obstacles = [Pillar(one.center, one.radius, one.height) for one in swarm.obstacles]
         self._shapes = {one.body: Cylinder(one.radius, one.height) for one in swarm.tracked_obstacles}
-        self._carried = frozenset({LEADER} if swarm.leader.kind == "tracked" else ())
+        self._carried = frozenset(swarm.carried)
         self._usual = Cylinder(table.person_radius)
         self._drones: dict[int, Claim] = {}
         self._movers: dict[Called, Mover] = {}
@@ -134,7 +132,7 @@ class FieldBodies:
         """Record a drone's position; a leader that a person carries is a person."""
         drone = claim.drone
         if self._carried and drone in self._carried:
-            self.see_other(CARRIED, claim.stamp, claim.position)
+            self.see_other(Stray(drone), claim.stamp, claim.position)
         else:
             self._drones[drone] = claim
             if self._movers:
@@ -230,6 +228,6 @@ class FieldBodies:
         An obstacle and the person who carries the leader are kept. The place of a drone whose name strayed is kept as
         its own.
         """
-        if called in self._shapes or (self._carried and called == CARRIED):
+        if called in self._shapes or (self._carried and isinstance(called, Stray) and called.drone in self._carried):
             return True
         return age < (FORGET if isinstance(called, Stray) else LEFT)

@@ -1,7 +1,6 @@
 from ipaddress import IPv4Network
 
 import pytest
-from flockwire_core.control.graph import LEADER
 from flockwire_core.swarm.model import uav
 from flockwire_deploy.compose import POOL, aboard, networks
 from flockwire_deploy.files import DeployError
@@ -31,7 +30,7 @@ def test_linked_processes_share_a_network_and_gateways_share_none_with_others(ma
 
 def test_each_edge_of_the_graph_has_a_network_of_its_own(make_plan):
     plan = make_plan()
-    names = {drone: uav(drone) for drone in plan.swarm.followers} | {LEADER: plan.pilot[LEADER]}
+    names = {drone: uav(drone) for drone in plan.swarm.followers} | {0: plan.pilot[0]}
     edges = {f"{names[source]}-{names[target]}" for source, target, _ in plan.swarm.graph.edges}
     assert edges <= {net.name for net in networks(plan)}
     assert len(edges) == 4

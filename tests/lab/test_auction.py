@@ -18,7 +18,6 @@ from flockwire_analysis.summary import summarise
 from flockwire_analysis.tracking import formation_errors, interpolated
 from flockwire_core.control.assignment import least_cost
 from flockwire_core.control.auction import TOLERANCE, highest_price
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.bids import held_place
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND, nanoseconds
@@ -54,7 +53,7 @@ def costs_of(trace: Trace, order: Mission) -> list[list[float]]:
     """Return the squared distance of each follower, at an order without a change, from each place, m^2."""
     formation = trace.swarm.build_formation(order.formation)
     at = np.array([order.stamp])
-    leader, costs = interpolated(trace.positions(LEADER), at)[0], []
+    leader, costs = interpolated(trace.positions(0), at)[0], []
     for follower in trace.swarm.followers:
         here = interpolated(trace.positions(follower), at)[0] - leader
         costs.append([dist(here, formation.offset(rank, 0.0)) ** 2 for rank in range(formation.count)])

@@ -27,7 +27,7 @@ class Seat:
     """A flying leader; what is `silent` (kinds of keys) does not arrive."""
 
     def __init__(self, swarm: Swarm) -> None:
-        self.now, self.core, self.swarm = BEGAN, FlyingLeader(swarm, BEGAN), swarm
+        self.now, self.core, self.swarm = BEGAN, FlyingLeader(swarm, 0, BEGAN), swarm
         self.position, self.velocity, self.before = STILL, STILL, STILL
         self.state, self.battery = FlightState.GROUNDED, 1.0
         self.silent: set[str] = set()

@@ -30,7 +30,7 @@ def test_while_nothing_hinders_its_time_is_exactly_mission_time(
     make_swarm: Callable[..., Any], t: float, error: Vector
 ) -> None:
     swarm = make_swarm({**FREE, "leader.trajectory": {"kind": "circle"}})
-    course, way = Course(swarm), swarm.leader.trajectory.build()
+    course, way = Course(swarm, 0), swarm.leader.trajectory.build()
     course.restart((1.0, 2.0, 1.0), 0.0)
     there = add((1.0, 2.0, 1.0), way.position(t))
     position = subtract(there, error)
@@ -53,7 +53,7 @@ def fly(make_swarm: Callable[..., Any]) -> Callable[..., dict[float, float]]:
 
     def run(changes: dict[str, Any], duration: float) -> dict[float, float]:
         swarm = make_swarm(changes)
-        frame, course = swarm.airframe(0), Course(swarm)
+        frame, course = swarm.airframe(0), Course(swarm, 0)
         course.restart((0.0, 0.0, 1.0), 0.0)
         position, velocity, sent, reached = (0.0, 0.0, 1.0), ZERO, [ZERO] * 200, {}
         for k in range(round(100 * duration)):
@@ -85,7 +85,7 @@ def test_held_back_the_trajectory_waits_and_continues_without_a_jump(flying: Cal
 
 
 def test_the_goal_stops_within_reach_of_a_leader_that_is_stuck(make_swarm: Callable[..., Any]) -> None:
-    course = Course(make_swarm({**FREE, **leg()}))
+    course = Course(make_swarm({**FREE, **leg()}), 0)
     course.restart((0.0, 0.0, 1.0), 0.0)
     steps, pace = [], 1.0
     for k in range(1, 1000):
@@ -98,7 +98,7 @@ def test_the_goal_stops_within_reach_of_a_leader_that_is_stuck(make_swarm: Calla
 
 
 def test_a_goal_that_lies_in_an_obstacle_continues_and_waits_behind_it(make_swarm: Callable[..., Any]) -> None:
-    course = Course(make_swarm({**FREE, **leg(9.0)}))
+    course = Course(make_swarm({**FREE, **leg(9.0)}), 0)
     course.restart((0.0, 0.0, 1.0), 0.0)
     ahead = Body(BodyKind.OBSTACLE, (0.7, 0.0, 0.0), 0.3)  # 0.33 m round it nobody may be
     for k in range(1, 2000):
@@ -164,7 +164,7 @@ def test_new_orders_make_it_restart_from_where_it_is(flying: Callable[..., Any],
 
 
 def test_a_hold_is_no_time_in_which_its_bend_grows(make_swarm: Callable[..., Any]) -> None:
-    course, position, away = Course(make_swarm(FREE | leg())), (0.0, 0.0, 1.0), 0.0
+    course, position, away = Course(make_swarm(FREE | leg()), 0), (0.0, 0.0, 1.0), 0.0
     course.restart(position, 0.0)
     for begin in (0.0, 30.0):  # a person passes, the leader holds, another person passes
         if begin:
@@ -192,7 +192,7 @@ def test_it_leaves_the_way_of_a_person_early_and_comes_back(flying: Callable[...
 
 
 def test_a_new_flight_begins_without_the_bend_of_the_last_one(make_swarm: Callable[..., Any]) -> None:
-    course, position = Course(make_swarm(FREE | leg())), (0.0, 0.0, 1.0)
+    course, position = Course(make_swarm(FREE | leg()), 0), (0.0, 0.0, 1.0)
     course.restart(position, 0.0)
     person = Body(BodyKind.MOVER, (0.8, 0.1, 0.0), 0.3, (-0.4, 0.0, 0.0))
     for step in range(50):
@@ -206,7 +206,7 @@ def test_a_stopping_point_is_led_with_the_goal_of_when_the_drone_would_stop(make
     """On a circle: the stopping point is lag and dead time ahead of the drone."""
     tello = {"airframes.kinematics": {"lag": 0.25, "dead_time": 0.1}}
     swarm = make_swarm({**FREE, **tello, "leader.trajectory": {"kind": "circle", "radius": 0.5, "rate": 0.4}})
-    course, way = Course(swarm), swarm.leader.trajectory.build()
+    course, way = Course(swarm, 0), swarm.leader.trajectory.build()
     course.restart(way.position(0.0), 0.0)
     for t in (0.0, 0.05, 0.1):
         ahead = way.position(t + 0.35)
@@ -221,7 +221,7 @@ def test_the_trajectory_waits_for_the_stopping_point_where_a_wind_holds_the_posi
 ) -> None:
     tello = {"control.law": "extended", "airframes.kinematics": {"lag": 0.25, "dead_time": 0.1}}
     straight = {"kind": "constant", "velocity": [0.1, 0.0, 0.0]}
-    course = Course(make_swarm({**FREE, **tello, "leader.trajectory": straight}))
+    course = Course(make_swarm({**FREE, **tello, "leader.trajectory": straight}), 0)
     course.restart((0.0, 0.0, 1.0), 0.0)
     for k in range(100):
         t = 0.01 * k
@@ -239,7 +239,7 @@ def fly_leader_in_wind(make_swarm: Callable[..., Any]) -> Callable[[], float]:
     def run() -> float:
         tello = {"airframes.kinematics": {"lag": 0.25, "dead_time": 0.1}}
         swarm = make_swarm({**FREE, **tello, "leader.trajectory": {"kind": "circle", "radius": 0.5, "rate": 0.4}})
-        course, way = Course(swarm), swarm.leader.trajectory.build()
+        course, way = Course(swarm, 0), swarm.leader.trajectory.build()
         x = way.position(0.0)
         course.restart(x, 0.0)
         state, v, sent, errors = DisturbedAirframe(0.25, 0.1, 2.0, 6.0), ZERO, [ZERO] * 14, []

@@ -13,7 +13,6 @@ from tempfile import TemporaryFile
 from typing import Any
 
 import numpy as np
-from flockwire_core.control.graph import LEADER
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -215,7 +214,7 @@ class _Scene:
             place = self._paths[number][last]
             name.xy = tuple(place)
             name.set_visible(bool(np.isfinite(place).all()))
-        places = np.array([self._paths[number][last] for number in self._followers if number != LEADER])
+        places = np.array([self._paths[number][last] for number in self._followers])
         known = places[np.isfinite(places).all(axis=1)] if len(places) else np.empty((0, 2))
         self._ring.set_visible(len(known) > 2)
         if len(known) > 2:

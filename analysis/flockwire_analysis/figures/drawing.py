@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.time import SECOND
 from matplotlib import rc_context
 from matplotlib.artist import Artist
@@ -101,7 +100,7 @@ class Canvas:
     def colour(self, number: int) -> str:
         """Return the colour of drone `number`, the same in every figure and page (view/pen.js); the leader is black."""
         followers = self.trace.swarm.followers
-        if number == LEADER:
+        if number in self.trace.swarm.leaders:
             return INK
         place = followers.index(number)
         if len(followers) <= len(OKABE_ITO):

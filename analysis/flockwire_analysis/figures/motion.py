@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from flockwire_core.control.graph import LEADER
 
 from flockwire_analysis.figures.drawing import INK, Canvas, Picture, thinned
 from flockwire_analysis.figures.legends import legend, line
@@ -30,7 +29,7 @@ def positions(canvas: Canvas) -> Picture | None:
 def estimates(canvas: Canvas) -> Picture | None:
     """Draw every follower's estimate of the leader's position."""
     found = {i: canvas.trace.of("estimate", i) for i in canvas.trace.followers}
-    leader = {LEADER: _at(canvas, (LEADER,), places)[LEADER]} if LEADER in canvas.trace.placed() else {}
+    leader = _at(canvas, tuple(i for i in canvas.trace.swarm.leaders if i in canvas.trace.placed()), places)
     return _axes(
         canvas, "estimates", "Estimates of the leader's position", "m", (r"$\eta_x$", r"$\eta_y$", r"$\eta_z$"),
         _series(canvas, found), leader, "the leader's position",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.time import SECOND
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
@@ -34,7 +33,7 @@ def trajectories(canvas: Canvas) -> Picture | None:
     obstacles(axes, canvas)
     _snapshots(axes, canvas)
     for number, path in reversed(paths.items()):
-        _path(axes, path, canvas.colour(number), 1.3 if number == LEADER else 1.0)
+        _path(axes, path, canvas.colour(number), 1.3 if number in canvas.trace.swarm.leaders else 1.0)
     for number, path in paths.items():
         _ends(axes, path[np.isfinite(path).all(axis=1)], canvas.colour(number))
     axes.set_aspect("equal", adjustable="box")
@@ -121,7 +120,8 @@ def obstacles(axes: Axes, canvas: Canvas) -> None:
 
 def _snapshots(axes: Axes, canvas: Canvas) -> None:
     """Connect the followers at a few instants of the longest formation phase, after they have settled."""
-    if not canvas.phases or LEADER not in canvas.trace.placed():
+    sole = canvas.trace.swarm.sole_leader
+    if not canvas.phases or sole is None or sole not in canvas.trace.placed():
         return
     longest = max((phase.span for phase in canvas.phases), key=lambda span: span.length)
     for stamp in _instants(canvas, longest):
@@ -134,7 +134,7 @@ def _snapshots(axes: Axes, canvas: Canvas) -> None:
         turn = np.argsort(np.arctan2(*(known - center).T[::-1]))
         axes.add_patch(Polygon(known[turn], facecolor="#8d97a8", edgecolor=MUTED, alpha=0.16, linewidth=0, zorder=1.2))
         axes.add_patch(Polygon(known[turn], fill=False, edgecolor=MUTED, alpha=0.8, linewidth=0.6, zorder=1.3))
-        leader = interpolated(canvas.trace.positions(LEADER), at)[0, :2]
+        leader = interpolated(canvas.trace.positions(sole), at)[0, :2]
         axes.plot(*known.T, "o", markersize=2.6, color=MUTED, zorder=4, markeredgecolor="white", markeredgewidth=0.5)
         axes.plot(*leader, "o", markersize=3.2, color=INK, zorder=5, markeredgecolor="white", markeredgewidth=0.5)
 

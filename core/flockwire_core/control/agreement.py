@@ -11,18 +11,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from math import dist
 
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.vector import Vector
 
 
-def contradicting(positions: Mapping[int, Vector], bound: float) -> tuple[int, ...]:
+def contradicting(positions: Mapping[int, Vector], bound: float, leader: int | None) -> tuple[int, ...]:
     """Return who of `positions` (m, by the neighbour's number) is farther than `bound` m from the reference.
 
-    The reference is the leader's own position if it is there, else the median of each axis. With one false position of
-    three or more, the median is between true ones. Of two positions that differ by more than `bound`, both are
+    The reference is the own position of `leader` if it is there, else the median of each axis. With one false position
+    of three or more, the median is between true ones. Of two positions that differ by more than `bound`, both are
     returned, as nobody can tell which is false.
     """
-    reference = positions.get(LEADER)
+    reference = positions.get(leader) if leader is not None else None
     if reference is None:
         if len(positions) == 2:
             one, other = positions.values()
@@ -42,6 +41,6 @@ def _median(values: Iterable[float]) -> float:
     return ordered[half] if len(ordered) % 2 else (ordered[half - 1] + ordered[half]) / 2
 
 
-def is_decided(positions: Mapping[int, Vector], left_out: tuple[int, ...]) -> bool:
+def is_decided(positions: Mapping[int, Vector], left_out: tuple[int, ...], leader: int | None) -> bool:
     """Return whether those that remain without `left_out` can be believed: the leader, or a majority."""
-    return LEADER in positions or 2 * len(left_out) < len(positions)
+    return leader in positions or 2 * len(left_out) < len(positions)

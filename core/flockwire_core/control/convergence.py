@@ -7,7 +7,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
-from flockwire_core.control.graph import LEADER, Graph
+from flockwire_core.control.graph import Graph
 
 Matrix = NDArray[np.float64]
 
@@ -28,8 +28,8 @@ class Convergence:
 
 
 def laplacian(graph: Graph) -> Matrix:
-    """Return L = D − W with D = diag(sum_j w_ij), shape (N, N): row and column 0 the leader, then `graph.followers`."""
-    index = {node: row for row, node in enumerate((LEADER, *graph.followers))}
+    """Return L = D − W with D = diag(sum_j w_ij), shape (N, N): the leaders' rows and columns, then the followers'."""
+    index = {node: row for row, node in enumerate((*graph.leaders, *graph.followers))}
     matrix = np.zeros((len(index), len(index)))
     for source, target, weight in graph.edges:
         matrix[index[target], index[source]] -= weight

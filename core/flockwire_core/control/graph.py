@@ -1,38 +1,36 @@
-"""Who receives from whom: the directed communication graph with the leader as its root."""
+"""Who receives from whom: the directed communication graph; leaders are its roots."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 from math import inf
-from typing import Final
 
 from flockwire_core.domain.frozen import Frozen
-
-LEADER: Final = 0
 
 
 @dataclass(frozen=True, slots=True)
 class Graph(Frozen):
-    """Directed graph over the leader 0 and the followers; w_ij > 0 iff i receives from j.
+    """Directed graph over leaders and followers; w_ij > 0 iff i receives from j.
 
-    `followers` has the followers' ids, `edges` one (source, target, weight) = (j, i, w_ij) for each link: the target
-    receives from the source. Raises ValueError for an unknown or repeated id, an edge into the leader, a link to
+    `followers` and `leaders` have their ids, `edges` one (source, target, weight) = (j, i, w_ij) for each link: the
+    target receives from the source. Raises ValueError for an unknown or repeated id, an edge into a leader, a link to
     itself, a repeated edge or a weight that is not positive and finite.
     """
 
     followers: tuple[int, ...]
     edges: tuple[tuple[int, int, float], ...]
+    leaders: tuple[int, ...] = (0,)
 
     def __post_init__(self) -> None:
-        nodes = {LEADER, *self.followers}
-        if len(nodes) != len(self.followers) + 1:
-            raise ValueError(f"followers = {self.followers}: ids must differ from each other and from the leader's 0")
+        nodes = {*self.leaders, *self.followers}
+        if len(nodes) != len(self.followers) + len(self.leaders):
+            raise ValueError(f"followers = {self.followers}, leaders = {self.leaders}: all ids must differ")
         seen: set[tuple[int, int]] = set()
         for source, target, weight in self.edges:
             name = f"edge {source} -> {target}"
             if source not in nodes or target not in nodes:
-                raise ValueError(f"{name}: both ends must be the leader or a follower")
-            if target == LEADER:
-                raise ValueError(f"{name}: the leader has no in-neighbours")
+                raise ValueError(f"{name}: both ends must be a leader or a follower")
+            if target in self.leaders:
+                raise ValueError(f"{name}: a leader has no in-neighbours")
             if source == target:
                 raise ValueError(f"{name}: a drone is not its own neighbour")
             if (source, target) in seen:
@@ -42,7 +40,7 @@ class Graph(Frozen):
             seen.add((source, target))
 
     def neighbours(self, i: int) -> dict[int, float]:
-        """Return the in-neighbours N_i of follower i as {j: w_ij}; the leader is in it iff a_i0 > 0."""
+        """Return the in-neighbours N_i of follower i as {j: w_ij}; a leader 0 is in it iff a_i0 > 0."""
         return {source: weight for source, target, weight in self.edges if target == i}
 
     def out_neighbours(self, j: int) -> tuple[int, ...]:
@@ -50,11 +48,11 @@ class Graph(Frozen):
         return tuple(target for source, target, _ in self.edges if source == j)
 
     def depths(self) -> dict[int, int]:
-        """Return the fewest hops from the leader to each node that it reaches; {LEADER: 0} at least."""
-        return _depths(LEADER, ((source, target) for source, target, _ in self.edges))
+        """Return the fewest hops from a leader to each node that one reaches; the leaders' are 0."""
+        return _depths(self.leaders, ((source, target) for source, target, _ in self.edges))
 
     def unreachable(self) -> tuple[int, ...]:
-        """Return the followers with no path from the leader; empty iff Assumption 2 (a spanning tree) holds."""
+        """Return the followers with no path from a leader; with one leader empty iff Assumption 2 (a tree) holds."""
         depths = self.depths()
         return tuple(i for i in self.followers if i not in depths)
 
@@ -62,8 +60,11 @@ class Graph(Frozen):
         """Return two followers so that links between followers do not lead from the first to the second, else None."""
         if not self.followers:
             return None
-        links, first = [(source, target) for source, target, _ in self.edges if source != LEADER], self.followers[0]
-        onwards, back = _depths(first, links), _depths(first, ((target, source) for source, target in links))
+        links, first = (
+            [(source, target) for source, target, _ in self.edges if source not in self.leaders],
+            self.followers[0],
+        )
+        onwards, back = _depths((first,), links), _depths((first,), ((target, source) for source, target in links))
         for i in self.followers:
             if i not in onwards:
                 return first, i
@@ -72,13 +73,13 @@ class Graph(Frozen):
         return None
 
 
-def _depths(root: int, links: Iterable[tuple[int, int]]) -> dict[int, int]:
-    """Return the fewest hops from `root` to each node that `links` (source, target) lead to, itself included."""
+def _depths(roots: tuple[int, ...], links: Iterable[tuple[int, int]]) -> dict[int, int]:
+    """Return the fewest hops from one of `roots` to each node that `links` (source, target) lead to, their own too."""
     targets: dict[int, list[int]] = {}
     for source, target in links:
         targets.setdefault(source, []).append(target)
-    depths = {root: 0}
-    frontier = [root]
+    depths = dict.fromkeys(roots, 0)
+    frontier = [*roots]
     while frontier:
         reached: list[int] = []
         for source in frontier:

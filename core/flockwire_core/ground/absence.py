@@ -6,23 +6,23 @@ from collections.abc import Iterator
 from math import inf
 
 from flockwire_core.control.convergence import convergence
-from flockwire_core.control.graph import LEADER, Graph
+from flockwire_core.control.graph import Graph
 from flockwire_core.swarm.model import Swarm, uav
 
 
 def refusal(swarm: Swarm, without: tuple[int, ...]) -> str:
     """Return why the swarm cannot fly `without` these drones, empty if it can (Lemma 3: a spanning tree remains)."""
     for drone in without:
-        if drone == LEADER:
-            return f"--without {drone}: the leader cannot be left out"
+        if drone in swarm.leaders:
+            return f"--without {drone}: a leader cannot be left out"
         if drone not in swarm.followers:
             return f"--without {drone}: must be one of {list(swarm.followers)}"
     left = _left(swarm, without)
     if not left.followers:
         return f"--without {', '.join(map(str, without))}: at least one follower must fly"
-    if lost := left.unreachable():
+    if swarm.leaders and (lost := left.unreachable()):
         names, chosen = ", ".join(map(uav, lost)), ", ".join(map(str, without))
-        return f"--without {chosen}: no spanning tree from the leader is left, it does not reach {names}"
+        return f"--without {chosen}: no spanning tree from a leader is left, none reaches {names}"
     if swarm.auctioned and (ends := left.parted()):
         chosen, (one, other) = ", ".join(map(str, without)), map(uav, ends)
         return f"--without {chosen}: no links are left from {one} to {other}, which assignment = 'auction' needs"
@@ -39,8 +39,10 @@ def consequences(swarm: Swarm, without: tuple[int, ...]) -> Iterator[str]:
         if lost:
             kept = ", ".join(uav(j) for j in left.neighbours(i))
             yield f"{uav(i)} loses {', '.join(lost)} and receives only from {kept}"
+    if swarm.sole_leader is None:
+        return
     lemma = [
-        convergence(graph, swarm.observer.gain, swarm.observer.exponent, swarm.leader.input_bound)
+        convergence(graph, swarm.observer.gain, swarm.observer.exponent, swarm.reference.input_bound)
         for graph in (swarm.topology, left)
     ]
     bounds = ["none" if each.settling_time_bound == inf else f"{each.settling_time_bound:.1f} s" for each in lemma]
@@ -53,4 +55,8 @@ def consequences(swarm: Swarm, without: tuple[int, ...]) -> Iterator[str]:
 def _left(swarm: Swarm, without: tuple[int, ...]) -> Graph:
     """Return the graph of the remaining drones."""
     followers = tuple(i for i in swarm.followers if i not in without)
-    return Graph(followers, tuple(edge for edge in swarm.graph.edges if not {edge[0], edge[1]}.intersection(without)))
+    return Graph(
+        followers,
+        tuple(edge for edge in swarm.graph.edges if not {edge[0], edge[1]}.intersection(without)),
+        tuple(swarm.leading),
+    )

@@ -9,7 +9,6 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector
@@ -176,7 +175,8 @@ class ChangeDelivery(OrderDelivery):
             order = Mission(fleet.now, frame, "formation", start, formation, without=running.without)
             self._planned = with_first_places(order, self._plan.swarm, fleet)
             return
-        self.leader = fleet.position(self._plan.pilot[LEADER])  # a virtual or a tracked leader has no drone
+        leader = self._plan.swarm.sole_leader
+        self.leader = fleet.position(self._plan.pilot[leader]) if leader is not None else None  # it may have no drone
         held = with_held_places(running, self._plan.swarm, fleet) if formation != running.formation else running
         if held is None:
             self.answer = Answer(refusal="the places that the drones hold by the auction are not known; start again")

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from flockwire_core.control.assignment import assignment
 from flockwire_core.control.formation import Formation
 from flockwire_core.control.formation_change import blend, blend_rate
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector, add, subtract
@@ -58,13 +57,13 @@ class Rehearsal:
         self._safe = swarm.drone_spacing
         disturbance = swarm.control.disturbance if self._guards else 0.0  # commands compensate it
         self._beside = f" and control.disturbance = {disturbance:g} m/s" if disturbance else ""
-        self._speed = swarm.limits.speed - swarm.leader.speed_bound - disturbance
+        self._speed = swarm.limits.speed - swarm.leader_speed - disturbance
         flown = max(swarm.survey(each).max_speed for each in (running.formation, name))
-        sight = min((guard.fastest for guard in self._guards), default=0.0) - swarm.leader.speed_bound
+        sight = min((guard.fastest for guard in self._guards), default=0.0) - swarm.leader_speed
         self._sight = max(sight, FASTER * flown)  # m/s, of h'
         self._lag = np.array([swarm.airframe(i).lag for i in swarm.followers])[None, :, None]
-        self._course = swarm.leader.course()
-        bodies = (*((LEADER,) if swarm.leader.has_body else ()), *swarm.followers)
+        self._course = swarm.reference.course()
+        bodies = (*(swarm.leaders if swarm.reference.has_body else ()), *swarm.followers)
         self._pairs = tuple(combinations(bodies, 2))
         person = swarm.person_clearance + (swarm.avoidance.margin if self._guards else 0.0)
         self._least = np.array([self._safe if i in swarm.flying else person for i, _ in self._pairs])  # m, by pair
@@ -96,7 +95,7 @@ class Rehearsal:
 
     def _with_leader(self, values: Array) -> Array:
         """Put the leader's zeros before the followers' `values` if it has a body."""
-        if not self._swarm.leader.has_body:
+        if not self._swarm.reference.has_body:
             return values
         return np.concatenate([np.zeros((len(values), 1, 3)), values], axis=1)
 
@@ -111,7 +110,7 @@ class Rehearsal:
             yield (
                 f"{self._name(i)} would be commanded {speed} m/s {seconds[k]:.1f} s into the change, "
                 f"limits.speed = {limits.speed:g} m/s leaves {self._speed:.2f} m/s beside the leader's "
-                f"{self._swarm.leader.speed_bound:.2f} m/s{self._beside}"
+                f"{self._swarm.leader_speed:.2f} m/s{self._beside}"
             )
         turns = np.linalg.norm(np.gradient(commands, STEP, axis=0), axis=2)
         if (turns > limits.acceleration).any():
@@ -162,7 +161,7 @@ class Rehearsal:
         if not self._guards:
             return 0.0
         excess = float(np.linalg.norm(way.rates, axis=2).max()) - self._sight
-        leader = self._swarm.leader.speed_bound
+        leader = self._swarm.leader_speed
         rate, braking = min(guard.rate for guard in self._guards), self._swarm.limits.acceleration
         room, knee = np.maximum(way.gaps - self._least, 0.0), braking / rate**2
         allowed = np.where(room <= knee, rate * room, np.sqrt(2.0 * braking * np.maximum(room - 0.5 * knee, 0.0)))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from flockwire_core.control.agreement import contradicting, is_decided
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.motion import LeaderMotion
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector
@@ -18,10 +17,10 @@ BELIEVED = SECOND  # ns that a contradiction must last to be reported, or to hol
 class Agreement:
     """Compares the valid estimates of one follower's neighbours, which may differ by `bound` m."""
 
-    def __init__(self, bound: float) -> None:
+    def __init__(self, bound: float, leader: int | None) -> None:
         self.count = 0  # estimates left out
         self.contradicted = False  # at the last call
-        self._bound = bound
+        self._bound, self._leader = bound, leader
         self._left_out: dict[int, int] = {}  # since when, Unix ns, by the neighbour's number
         self._disputed = 0  # since when no majority agrees, Unix ns; 0: one does
         self._parties: tuple[int, ...] = ()  # who disagrees then
@@ -31,14 +30,14 @@ class Agreement:
 
         They are all used while there is no majority: `reason` then makes the drone hold.
         """
-        positions = placed(estimates)
-        left_out = contradicting(positions, self._bound)
+        positions = placed(estimates, self._leader)
+        left_out = contradicting(positions, self._bound, self._leader)
         if not left_out:
             if self.contradicted:
                 self.forget()
             return estimates
         self.contradicted = True
-        if not is_decided(positions, left_out):
+        if not is_decided(positions, left_out, self._leader):
             self._left_out, self._disputed, self._parties = {}, self._disputed or now, left_out
             return estimates
         self._disputed = 0
@@ -68,11 +67,11 @@ class Agreement:
         return since > 0 and now - since >= BELIEVED
 
 
-def placed(estimates: list[Heard]) -> dict[int, Vector]:
+def placed(estimates: list[Heard], leader: int | None) -> dict[int, Vector]:
     """Return where each neighbour sees the leader, at the time of the leader's pose, else of the newest estimate."""
     at = 0
     for one in estimates:
-        if one.number == LEADER:
+        if one.number == leader:
             at = one.stamp
             break
         at = max(at, one.stamp)

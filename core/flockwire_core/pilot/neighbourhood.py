@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from math import inf, isfinite
 from typing import Final
 
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
@@ -40,7 +39,7 @@ class Neighbour:
 
 
 class Neighbourhood:
-    """The in-neighbours N_i of one follower, by their weights; `leader` is the kind of the leader.
+    """The in-neighbours N_i of one follower, by their weights; `leader` is the leader, of the kind `kind`.
 
     A leader without an airframe leads in any phase: a virtual one while its status arrives, a tracked one while its
     pose arrives. Its pose is not used while it jumps (it flies at `speed` m/s), or is not its own by its status.
@@ -52,23 +51,25 @@ class Neighbourhood:
         self,
         weights: dict[int, float],
         limits: Staleness,
-        leader: str = "trajectory",
+        kind: str = "trajectory",
         bound: float = inf,
         closer: frozenset[int] = frozenset(),
         speed: float = inf,
+        leader: int | None = 0,
     ) -> None:
         self._every = {j: Neighbour(weight) for j, weight in weights.items()}
         self._neighbours = self._every  # without those that are left out
         self._drop_after = round(limits.estimate_drop * SECOND)  # ns
         self._origin_limit = round(limits.estimates_hold * SECOND)
         self._leader_limit = round(limits.leader_silent * SECOND)
-        self._virtual, self._carried = leader == "virtual", leader == "tracked"
+        self._virtual, self._carried = kind == "virtual", kind == "tracked"
+        self._leader = leader
         self._leader_stamp = 0  # of the leader's own status
         self.origin = 0  # of the newest data of the leader
         self.hops = 0
         self.leading = Leading.UNKNOWN
         self.missing: tuple[int, ...] = ()  # those without a valid estimate at the last update
-        self.agreement = Agreement(bound)
+        self.agreement = Agreement(bound, leader)
         self._compares, self._closer = isfinite(bound), closer
         self._speed, self._strayed = speed, False
 
@@ -91,10 +92,10 @@ class Neighbourhood:
         neighbour = self._every[j]
 
         def take(message: Pose) -> None:
-            if j == LEADER and (self._strayed or self._jumps(neighbour, message)):
+            if j == self._leader and (self._strayed or self._jumps(neighbour, message)):
                 return
             neighbour.position = message.position
-            if j == LEADER:
+            if j == self._leader:
                 neighbour.stamp = neighbour.origin = message.stamp
                 neighbour.motion = LeaderMotion(message.position)
 
@@ -109,10 +110,12 @@ class Neighbourhood:
 
     def take_status(self, message: Status) -> None:
         """Receive the leader's own status: whether it leads."""
+        if self._leader is None:
+            return
         self._leader_stamp = message.stamp
         self._strayed = any(reason.code == APART for reason in message.report.reasons)
         leads = self._virtual or message.report.phase in LEADING_PHASES
-        self._every[LEADER].leading = Leading.LEADS if leads else Leading.IS_DOWN
+        self._every[self._leader].leading = Leading.LEADS if leads else Leading.IS_DOWN
 
     def update(self, now: int) -> list[Heard]:
         """Update the leader's state; return the valid estimates of the neighbours at `now` (Unix ns).
@@ -127,7 +130,7 @@ class Neighbourhood:
             if stamp < oldest or motion is None or neighbour.origin < oldest_origin:
                 missing.append(j)
             else:
-                found.append(Heard(j, neighbour.weight, j == LEADER, stamp, 0, motion))
+                found.append(Heard(j, neighbour.weight, j == self._leader, stamp, 0, motion))
         self.missing = tuple(missing)
         if self._compares and len(found) > 1:
             found = self.agreement.kept(found, now)
@@ -143,13 +146,12 @@ class Neighbourhood:
             down = down or (neighbour.leading is Leading.IS_DOWN and j in self._closer)
         if down:
             self.leading = Leading.IS_DOWN
-        if LEADER in self._neighbours:
-            self.leading = self._leading(now)
+        if self._leader is not None and self._leader in self._neighbours:
+            self.leading = self._leading(self._neighbours[self._leader], now)
         return found
 
-    def _leading(self, now: int) -> Leading:
+    def _leading(self, leader: Neighbour, now: int) -> Leading:
         """Return the state in the leader's own status, or by the pose of a carried one; if that is old, it is down."""
-        leader = self._neighbours[LEADER]
         stamp = leader.stamp if self._carried else self._leader_stamp
         if not stamp:
             return Leading.UNKNOWN

@@ -125,13 +125,13 @@ TABLE: Final = (
 class Reactions:
     """Applies the table with the `limits` of a drone; `driver` are the processes that drive it."""
 
-    def __init__(self, limits: Limits, driver: str) -> None:
+    def __init__(self, limits: Limits, driver: str, leaders: tuple[int, ...] = (0,)) -> None:
         places = {name: place for place, name in enumerate(INPUTS)}
         self._rows: list[tuple[Row, int, float]] = [
             (row, places[row.input], attrgetter(row.limit)(limits) if isinstance(row.limit, str) else row.limit)
             for row in TABLE
         ]
-        self._driver = driver
+        self._driver, self._leaders = driver, leaders
 
     def find(
         self, values: Sequence[float], phase: Phase, failure: str = "", missing: tuple[int, ...] = ()
@@ -145,7 +145,9 @@ class Reactions:
             value = values[place]
             beyond = value < limit if row.below else value > limit
             if beyond and row.reaction not in found and phase in row.phases:
-                names = ", ".join(["the leader's pose" if j == 0 else f"{uav(j)}'s estimate" for j in missing])
+                names = ", ".join(
+                    ["the leader's pose" if j in self._leaders else f"{uav(j)}'s estimate" for j in missing]
+                )
                 text = row.text.format(value=value, limit=limit, driver=self._driver, missing=names, failure=failure)
                 found[row.reaction] = Reason(row.code, text)
         return found

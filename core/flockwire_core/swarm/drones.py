@@ -15,9 +15,9 @@ from flockwire_core.swarm.tables import Endpoint, Finite, Lag, Model, NotNegativ
 
 
 class DroneKeys(Model):
-    """One drone: 0 is the leader, the others follow."""
+    """One drone: it leads if `leaders` has its id, else it follows."""
 
-    id: int = key(..., "0 is the leader; ascending ids take ascending places", ge=0, le=999)
+    id: int = key(..., "followers of ascending ids take ascending places", ge=0, le=999)
     airframe: str = key(KINEMATICS.kind, "a name from [airframes]: a built-in one, or one of the file")
     start: Point = key(..., "its position before take-off, on the floor or on a table", "m")
     heading: Finite = key(0.0, "counter-clockwise from x, at its start, of a simulated airframe that turns", "rad")

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import product
 from math import dist
 
-from flockwire_core.control.graph import LEADER
 from flockwire_core.control.survey import Survey
 from flockwire_core.swarm.formations import ExpressionFormation
 from flockwire_core.swarm.model import DEFAULT_FORMATION, SURVEY_HORIZON, Swarm, uav
@@ -41,14 +41,14 @@ def conflicts(swarm: Swarm, key: str, shape: Survey) -> Iterator[Problem]:
     if shape.max_speed > limits.speed:
         fastest = beside(shape.max_speed, limits.speed)
         yield Problem(key, f"its drones fly up to {fastest} m/s, limits.speed = {limits.speed} m/s")
-    with_leader = ", with the leader" if swarm.leader.has_body else ""
+    with_leader = ", with the leader" if swarm.reference.has_body else ""
     for k, axis in enumerate("xyz"):
         low, high, room = shape.low[k], shape.high[k], fence.high[k] - fence.low[k]
         width = max(high, 0.0) - min(low, 0.0) if with_leader else high - low
         if width > room:
             wide = f"is {beside(width, room)} m wide along {axis}{with_leader}"
             yield Problem(key, f"{wide}; limits.fence is {room:.2f} m wide")
-    nearest = min(shape.min_distance, shape.min_distance_leader) if swarm.leader.has_body else shape.min_distance
+    nearest = min(shape.min_distance, shape.min_distance_leader) if swarm.reference.has_body else shape.min_distance
     least = swarm.drone_spacing
     if nearest < least:
         rule = "avoidance.drone_safety_distance" + (" + avoidance.margin" if swarm.control.filtered else "")
@@ -79,24 +79,23 @@ def _auctions(swarm: Swarm) -> Iterator[Problem]:
 
 
 def _carried(swarm: Swarm) -> Iterator[Problem]:
-    """Yield formations and starts that are too close to the person who carries a tracked leader."""
-    if swarm.leader.kind != "tracked":
-        return
-    if swarm.avoidance.sensing != "nearby":
+    """Yield formations and starts that are too close to a person who carries a tracked leader."""
+    if swarm.carried and swarm.avoidance.sensing != "nearby":
         yield Problem("avoidance.sensing", "does not sense the person who leads; must be 'nearby'")
-    person, clearance = swarm.drone(LEADER).start, swarm.person_clearance
+    clearance = swarm.person_clearance
     least = (
         f"must be {clearance:g} m or more (gateway.person_radius = {swarm.gateway.person_radius:g}, "
         f"avoidance.obstacle_safety_distance = {swarm.avoidance.obstacle_safety_distance:g})"
     )
-    for place, drone in enumerate(swarm.drones):
+    for (place, drone), number in product(enumerate(swarm.drones), swarm.carried):
+        person = swarm.drone(number).start
         key, gap = f"drones.{place}.start", dist(drone.start[:2], person[:2])
-        if drone.id == LEADER and person[2] <= 0.0:
+        if drone.id == number and person[2] <= 0.0:
             rule = "leader.kind = 'tracked' is carried by a person, its height must be above 0: all fly round it"
             yield Problem(key, rule)
-        elif drone.id != LEADER and gap < clearance:
+        elif drone.id != number and gap < clearance:
             yield Problem(key, f"{beside(gap, clearance)} m from the person who leads, {least}")
-    for name, key in swarm.formation_keys.items():
+    for name, key in swarm.formation_keys.items() if swarm.sole_leader in swarm.carried else ():
         nearest = swarm.survey(name).min_distance_leader
         if nearest < clearance:
             yield Problem(

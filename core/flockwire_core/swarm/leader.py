@@ -1,11 +1,11 @@
-"""The table [leader] of a swarm file: who leads, and the trajectories."""
+"""The table [leader] of a swarm file: how leaders move, and the trajectories."""
 
 from __future__ import annotations
 
 from functools import lru_cache
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from flockwire_core.control.key_frames import parse_key_frames
@@ -85,7 +85,7 @@ class RosLeader(Model):
 
 
 class Leader(Model):
-    """The leader: drone 0 on a trajectory or steered, a body that a person carries, or a virtual point."""
+    """A leader: a drone on a trajectory or steered, a body that a person carries, or a virtual point."""
 
     kind: Literal["trajectory", "teleoperated", "tracked", "virtual", "ros"] = key(
         "trajectory", "kind of leader, see docs/leaders.md"
@@ -128,3 +128,37 @@ class Leader(Model):
     def speed_bound(self) -> float:
         """The highest expected speed of the leader, m/s."""
         return self.speed if self.unforeseen else self.trajectory.build().fastest
+
+
+AT_REST = Leader(kind="virtual", trajectory=ConstantVelocity(kind="constant", velocity=(0.0, 0.0, 0.0)))
+
+
+class LeaderTable(Leader):
+    """The table [leader], of every leader; a table [leader.ID] changes keys of leader ID."""
+
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, Leader] = Field(init=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _inherited(cls, table: object) -> object:
+        """Give each leader's own table the keys of all; refuse unknown keys that are no id."""
+        if not isinstance(table, dict):
+            return table
+        common = {key: value for key, value in table.items() if not key.isdecimal()}
+        Leader.model_validate(common)
+        return {key: common | value if isinstance(value, dict) and key not in common else value
+                for key, value in table.items()}  # fmt: skip
+
+    @property
+    def own(self) -> dict[int, Leader]:
+        """The tables of single leaders, by id."""
+        return {int(number): table for number, table in self.__pydantic_extra__.items()}
+
+    def key(self, number: int) -> str:
+        """Return the key of the table of leader `number`."""
+        return f"leader.{number}" if number in self.own else "leader"
+
+    def of(self, number: int) -> Leader:
+        """Return the table of leader `number`."""
+        return self.own.get(number, self)

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from functools import cached_property
 from math import ceil
+from typing import Annotated
 
 from pydantic import Field, field_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from flockwire_core.control import formation as shapes
-from flockwire_core.control.graph import LEADER, Graph
+from flockwire_core.control.graph import Graph
 from flockwire_core.control.key_frames import KeyFrames
 from flockwire_core.control.survey import Survey, survey
 from flockwire_core.objects import load_object
@@ -21,7 +22,7 @@ from flockwire_core.swarm.airframes import AIRFRAMES, ROWS, AirframeRow
 from flockwire_core.swarm.drones import BUILT_IN_AIRFRAMES, Airframe, Drone, Wind
 from flockwire_core.swarm.formations import FormationTable
 from flockwire_core.swarm.gateway import Gateway
-from flockwire_core.swarm.leader import Leader
+from flockwire_core.swarm.leader import AT_REST, Leader, LeaderTable
 from flockwire_core.swarm.ros import Ros
 from flockwire_core.swarm.tables import (
     Avoidance,
@@ -66,7 +67,8 @@ class Swarm(Model):
     avoidance: Avoidance = key(Avoidance(), "sensing and required distances")
     limits: Limits = key(Limits(), "speeds, heights, battery, fence")
     checks: Checks = key(Checks(), "bounds that judge a flight")
-    leader: Leader = key(Leader(), "the leader and its path")
+    leaders: Items[Annotated[int, Field(ge=0)]] = key((0,), "ids of the leaders; `[]`: none, the law needs none")
+    leader: LeaderTable = key(LeaderTable(), "the leaders and their paths")
     graph: GraphTable = key(..., "who receives from whom")
     drones: Items[Drone] = key(..., "every drone", max_length=MOST_DRONES)
     airframes: dict[str, Airframe] = key(BUILT_IN_AIRFRAMES, "responses of airframes")
@@ -96,17 +98,47 @@ class Swarm(Model):
     @cached_property
     def followers(self) -> tuple[int, ...]:
         """Ids of the followers, ascending; a follower's place in this tuple is its index in the formation."""
-        return tuple(sorted(drone.id for drone in self.drones if drone.id != LEADER))
+        return tuple(sorted(drone.id for drone in self.drones if drone.id not in self.leaders))
 
     @cached_property
     def tracked(self) -> tuple[int, ...]:
-        """Ids of all drones at the tracker, ascending: the followers and, unless it is virtual, the leader."""
+        """Ids of all drones at the tracker, ascending: the followers, and the leaders that are not virtual."""
         return tuple(sorted(drone.id for drone in self.drones))
 
     @cached_property
     def flying(self) -> tuple[int, ...]:
-        """Ids of all drones with an airframe, ascending, without a leader carried by a person."""
-        return tuple(i for i in self.tracked if i != LEADER or self.leader.kind != "tracked")
+        """Ids of all drones with an airframe, ascending, without leaders carried by a person."""
+        return tuple(i for i in self.tracked if i not in self.carried)
+
+    @cached_property
+    def leading(self) -> dict[int, Leader]:
+        """The table of each leader, by id."""
+        return {number: self.leader.of(number) for number in sorted(self.leaders)}
+
+    @property
+    def sole_leader(self) -> int | None:
+        """The leader from which the places of a formation count: the only one; None with none, or several."""
+        return self.leaders[0] if len(self.leaders) == 1 else None
+
+    @property
+    def reference(self) -> Leader:
+        """The table of that leader; without one, a point at rest."""
+        return AT_REST if self.sole_leader is None else self.leading[self.sole_leader]
+
+    @property
+    def carried(self) -> tuple[int, ...]:
+        """Ids of the leaders that persons carry, ascending."""
+        return tuple(i for i, leader in self.leading.items() if leader.kind == "tracked")
+
+    @property
+    def leader_speed(self) -> float:
+        """The highest expected speed of a leader, m/s."""
+        return max((leader.speed_bound for leader in self.leading.values()), default=0.0)
+
+    @property
+    def steered(self) -> tuple[int, ...]:
+        """Ids of the leaders that fly by commands from outside, ascending."""
+        return tuple(i for i, leader in self.leading.items() if leader.steered)
 
     @property
     def drone_spacing(self) -> float:
@@ -120,7 +152,7 @@ class Swarm(Model):
 
     @cached_property
     def walking(self) -> tuple[int, ...]:
-        """The id of a tracked leader that a simulated person carries, if the cameras are simulated; else empty."""
+        """Ids of the tracked leaders that simulated persons carry, if the cameras are simulated; else empty."""
         cameras = self.gateway.source == "simulated" or self.gateway.simulates_tracker
         return tuple(i for i in self.tracked if i not in self.flying and cameras)
 
@@ -152,12 +184,12 @@ class Swarm(Model):
     @cached_property
     def topology(self) -> Graph:
         """The communication graph."""
-        return Graph(self.followers, self.graph.edges)
+        return Graph(self.followers, self.graph.edges, tuple(self.leading))
 
     @cached_property
     def depth(self) -> int:
-        """Hops from the leader to the deepest follower."""
-        return max(self.topology.depths().values())
+        """Hops from a leader to the deepest follower, 0 without a leader."""
+        return max(self.topology.depths().values(), default=0)
 
     @cached_property
     def _by_id(self) -> dict[int, Drone]:

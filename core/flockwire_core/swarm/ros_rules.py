@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from flockwire_core.control.graph import LEADER
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.swarm.ros import namespace_of
 from flockwire_core.swarm.rules import Rule
@@ -13,8 +12,18 @@ from flockwire_core.swarm.validation import Problem
 
 
 def _leader(swarm: Swarm) -> Iterator[Problem]:
-    if swarm.leader.follows_ros and swarm.ros is None:
-        yield Problem("leader.kind", "needs a table [ros], whose process receives leader.ros.topic")
+    if len(_followed(swarm)) > 1:
+        yield Problem("leaders", "one leader at most may be of kind 'ros'")
+    for number in swarm.steered:
+        if swarm.leading[number].follows_ros and swarm.ros is None:
+            yield Problem(
+                f"{swarm.leader.key(number)}.kind", "needs a table [ros], whose process receives leader.ros.topic"
+            )
+
+
+def _followed(swarm: Swarm) -> list[str]:
+    """Return the topics that leaders follow."""
+    return [leader.ros.topic for leader in swarm.leading.values() if leader.follows_ros]
 
 
 def _own_topics(swarm: Swarm) -> Iterator[Problem]:
@@ -22,7 +31,7 @@ def _own_topics(swarm: Swarm) -> Iterator[Problem]:
     if swarm.ros is None:
         return
     own = namespace_of(swarm.name, swarm.ros).rstrip("/")
-    if swarm.leader.follows_ros and swarm.leader.ros.topic.startswith(f"{own}/{uav(LEADER)}/"):
+    if any(topic.startswith(f"{own}/{uav(i)}/") for topic in _followed(swarm) for i in swarm.leaders):
         yield Problem("leader.ros.topic", "must not be a topic that this swarm publishes")
     table = swarm.gateway.ros
     if not swarm.gateway.from_ros or table.domain != swarm.ros.domain:

@@ -12,7 +12,6 @@ from itertools import combinations
 from math import dist
 from operator import attrgetter
 
-from flockwire_core.control.graph import LEADER
 from flockwire_core.control.plane_polygon import Corner, crossing, edges
 from flockwire_core.swarm.laws import BUILT_IN
 from flockwire_core.swarm.model import Swarm, uav
@@ -59,16 +58,27 @@ def _drones(swarm: Swarm) -> Iterator[Problem]:
 
 
 def _members(swarm: Swarm) -> Iterator[Problem]:
-    has_leader = any(drone.id == LEADER for drone in swarm.drones)
     if not swarm.hosts:
         yield Problem("hosts", "at least one host is needed (without the table there is one called local)")
     if not swarm.followers:
-        yield Problem("drones", "at least one follower (an id above 0) is needed")
-    if swarm.leader.has_body and not has_leader:
-        leader = f"leader.kind = {swarm.leader.kind!r} has its own body"
-        yield Problem("drones", f"the leader, id 0, is missing ({leader})")
-    if not swarm.leader.has_body and has_leader:
-        yield Problem("drones", "id 0 is the leader, and leader.kind = 'virtual' has no drone")
+        yield Problem("drones", "at least one follower (an id that is not in leaders) is needed")
+    for number, leader in swarm.leading.items():
+        if leader.has_body and number not in swarm.tracked:
+            kind = f"leader.kind = {leader.kind!r} has its own body"
+            yield Problem("drones", f"the leader, id {number}, is missing ({kind})")
+        if not leader.has_body and number in swarm.tracked:
+            yield Problem("drones", f"id {number} is a leader, and leader.kind = 'virtual' has no drone")
+
+
+def _leaders(swarm: Swarm) -> Iterator[Problem]:
+    for place, number in enumerate(swarm.leaders):
+        if number in swarm.leaders[:place]:
+            yield Problem(f"leaders.{place}", "this leader appears twice")
+    for number in swarm.leader.own:
+        if number not in swarm.leaders:
+            yield Problem(
+                f"leader.{number}", f"leaders = {list(swarm.leaders)} has no {number}; add it, or remove the table"
+            )
 
 
 def _law(swarm: Swarm) -> Iterator[Problem]:
@@ -79,14 +89,14 @@ def _law(swarm: Swarm) -> Iterator[Problem]:
 
 
 def _graph(swarm: Swarm) -> Iterator[Problem]:
-    known = {LEADER, *swarm.followers}
+    known = {*swarm.leaders, *swarm.followers}
     ends = [edge[:2] for edge in swarm.graph.edges]
     problems = []
     for place, (source, target) in enumerate(ends):
         broken = {
             f"there is no drone {source}": source not in known,
             f"there is no drone {target}": target not in known,
-            "the leader has no in-neighbours": target == LEADER,
+            "a leader has no in-neighbours": target in swarm.leaders,
             "a drone is not its own neighbour": source == target,
             "this edge appears twice": (source, target) in ends[:place],
         }
@@ -94,9 +104,9 @@ def _graph(swarm: Swarm) -> Iterator[Problem]:
             Problem(f"graph.edges.{place}", rule, shown(ends[place])) for rule, is_so in broken.items() if is_so
         ]
     yield from problems
-    if not problems and (lost := swarm.topology.unreachable()):
+    if swarm.leaders and not problems and (lost := swarm.topology.unreachable()):
         names = ", ".join(map(uav, lost))
-        yield Problem("graph.edges", f"no spanning tree from the leader: it does not reach {names}", "")
+        yield Problem("graph.edges", f"no spanning tree from a leader: none reaches {names}", "")
 
 
 def _fence(swarm: Swarm) -> Iterator[Problem]:
@@ -147,5 +157,5 @@ def _starts(swarm: Swarm) -> Iterator[Problem]:
             yield Problem(f"drones.{j}.start", f"{beside(gap, least)} m from drones.{i}.start, {must}")
 
 
-TABLES: tuple[Rule, ...] = (_drones, _members, _law, _fence, _ordered)  # those of single tables
+TABLES: tuple[Rule, ...] = (_leaders, _drones, _members, _law, _fence, _ordered)  # those of single tables
 RULES: tuple[Rule, ...] = (_graph, _heights, _starts)

@@ -348,7 +348,7 @@ class Checks(Model):
 
 
 class GraphTable(Model):
-    """Who receives from whom: `[from, to]` or `[from, to, weight]`; 0 is the leader."""
+    """Who receives from whom: `[from, to]` or `[from, to, weight]`."""
 
     edges: Items[Edge] = key(..., "who receives from whom")
 

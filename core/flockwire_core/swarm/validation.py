@@ -37,7 +37,9 @@ class Problem(NamedTuple):
         value: object = content
         for part in self.key.split("."):
             value = _inside(value, part)
-        is_table = isinstance(value, BaseModel | dict) or (isinstance(value, tuple) and isinstance(value[0], BaseModel))
+        is_table = isinstance(value, BaseModel | dict) or (
+            isinstance(value, tuple) and any(isinstance(one, BaseModel) for one in value)
+        )
         return self._replace(value="" if value is None or is_table else shown(value))
 
 

@@ -34,7 +34,8 @@ def _unreachable(swarm: Swarm) -> Iterator[Problem]:
 
 def _processes(plan: Plan) -> Iterator[Problem]:
     # Kinds that this swarm does not have may be named too: the router's host stays in the file when its mode changes.
-    known = [row.kind for row in PROCESSES if row.started and not row.numbered]
+    kinds = [row.kind for row in PROCESSES if row.started and not row.numbered]
+    known = list(dict.fromkeys((*kinds, *(one for one in plan.started if not plan.rows[one].numbered))))
     claimed: dict[str, str] = {}
     for name, host in plan.swarm.hosts.items():
         for place, process in enumerate(host.processes):

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.airframe import Command, Telemetry
 from flockwire_core.domain.bids import Bids
 from flockwire_core.domain.body import Nearby
@@ -22,6 +21,7 @@ from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.signals import Signals
 from flockwire_core.domain.time import SECOND, TimeReply, TimeRequest
+from flockwire_core.swarm.leader import Leader
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.batch import LARGEST, PERIOD, Batch
 from flockwire_core.wire.codec import Message
@@ -114,11 +114,13 @@ def _processes(which: Callable[[Process], bool]) -> Owners:
 
 
 def _steered(roster: Roster) -> tuple[Owner, ...]:
-    return (Owner(uav(LEADER), LEADER),) if roster.swarm.leader.steered else ()
+    return tuple(Owner(uav(i), i) for i in roster.swarm.steered)
 
 
-def _ros_steers(roster: Roster, _: Owner) -> tuple[str, ...]:
-    return roster.of(ROS) if roster.swarm.leader.follows_ros else ()
+def _steers(roster: Roster, owner: Owner) -> tuple[str, ...]:
+    """Name who steers the leader that owns the key."""
+    follows_ros = owner.drone is not None and roster.swarm.leading[owner.drone].follows_ros
+    return (*roster.of(TELEOP), *(roster.of(ROS) if follows_ros else ()))
 
 
 def _ros_orders(*verbs: str) -> Who:
@@ -153,12 +155,18 @@ def _neighbours(roster: Roster, owner: Owner) -> tuple[str, ...]:
 
 
 def _led(roster: Roster, owner: Owner) -> tuple[str, ...]:
-    """Name the agents with an edge from the leader, if the owner is its pilot and the law relays its motion.
+    """Name the agents with an edge from a leader, if the owner is its pilot and the law relays its motion.
 
     A tracked leader leads while its pose arrives, so its status is not needed.
     """
-    leads = owner.name == roster.pilot[LEADER] and roster.swarm.leader.kind != "tracked" and relays(roster.swarm)
-    return _neighbours(roster, owner) if leads else ()
+    leader = _leader(roster, owner) if roster.pilot.get(owner.drone or 0) == owner.name else None
+    led = leader is not None and leader.kind != "tracked" and relays(roster.swarm)
+    return _neighbours(roster, owner) if led else ()
+
+
+def _leader(roster: Roster, owner: Owner) -> Leader | None:
+    """Return the table of the leader that is the owner; None for any other drone."""
+    return roster.swarm.leading.get(owner.drone) if owner.drone is not None else None
 
 
 def _locating(roster: Roster, owner: Owner) -> tuple[str, ...]:
@@ -190,17 +198,19 @@ def _cameras(roster: Roster, _: Owner) -> tuple[str, ...]:
 
 
 def _virtual(roster: Roster, owner: Owner) -> bool:
-    return owner.drone == LEADER and roster.swarm.leader.kind == "virtual"
+    leader = _leader(roster, owner)
+    return leader is not None and not leader.has_body
 
 
 def _pose_source(roster: Roster, owner: Owner) -> tuple[str, ...]:
-    return roster.of(LEADING if _virtual(roster, owner) else GATEWAY)
+    return (roster.pilot[owner.drone or 0],) if _virtual(roster, owner) else roster.of(GATEWAY)
 
 
 def _pose_readers(roster: Roster, owner: Owner) -> tuple[str, ...]:
     """Name the drone itself, and its out-neighbours if they need the pose: the leader's to relay, or for avoidance."""
     pilot = () if _virtual(roster, owner) else _pilot(roster, owner)
-    needed = (owner.drone == LEADER and relays(roster.swarm)) or roster.swarm.avoidance.sensing == "neighbours"
+    led = _leader(roster, owner) is not None and relays(roster.swarm)
+    needed = led or roster.swarm.avoidance.sensing == "neighbours"
     return (*pilot, *(_neighbours(roster, owner) if needed else ()))
 
 
@@ -223,7 +233,7 @@ _SPEAKING = _drones(speakers)
 _SEEING = _drones(lambda swarm: swarm.followers if sees(swarm) else ())
 _BIDDERS = _drones(lambda swarm: swarm.followers if swarm.auctioned else ())
 _SIGNALLING = _drones(lambda swarm: swarm.followers if swarm.control.own_law else ())
-_POSED = _drones(lambda swarm: tuple(sorted({LEADER, *swarm.tracked})))
+_POSED = _drones(lambda swarm: tuple(sorted({*swarm.leaders, *swarm.tracked})))
 _SENSED = _drones(lambda swarm: swarm.flying if swarm.avoidance.sensing == "nearby" else ())
 _SIMULATED = _drones(lambda swarm: (*swarm.walking, *swarm.simulated))
 _STARTED, _BATCHING = _processes(lambda row: row.started), _processes(lambda row: row.batches)
@@ -260,7 +270,7 @@ TABLE = (
         _all(KINEMATICS, DRIVER, LEADING, AGENT), 400, 1024, Delivery.EVENT, maximum_age=120.0, max_future=120.0,
     ),
     KeyRow(BATCH, Batch, _BATCHING, _itself, _all(), 2 * SECOND // PERIOD, LARGEST, Delivery.BACKGROUND),
-    KeyRow(STEERING, Command, _steered, _any_of(_all(TELEOP), _ros_steers), _pilot, 200, 512),
+    KeyRow(STEERING, Command, _steered, _steers, _pilot, 200, 512),
     KeyRow(  # between clocks with any offset
         TIME_REQUEST, TimeRequest, _other_hosts, _itself, _all(GATEWAY), 40, 512, maximum_age=None, max_future=ANY_TIME
     ),

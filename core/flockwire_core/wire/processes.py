@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import NamedTuple
 
-from flockwire_core.control.graph import LEADER
 from flockwire_core.swarm.model import Swarm, uav
 
 SINGLE_PORTS = 16  # base_port and those after it belong to kinds with one member
@@ -121,8 +120,8 @@ KINEMATICS = Process(
 )
 LEADING = Process(
     "leader",
-    "Run the leader.",
-    lambda _: (Member("leader", LEADER),),
+    "Run a leader.",
+    lambda swarm: tuple(Member(f"leader{i or ''}", i) for i in swarm.leading),
     "flockwire_leader.core:make_core",
     port=0,
     pilot=True,
@@ -190,7 +189,9 @@ TELEOP = replace(
     OPERATOR,
     kind="teleop",
     help="Steer the leader.",
-    members=lambda swarm: (Member("teleop"),) if swarm.leader.kind == "teleoperated" else (),
+    members=lambda swarm: (
+        (Member("teleop"),) if any(one.kind == "teleoperated" for one in swarm.leading.values()) else ()
+    ),
     only_if="leader.kind = 'teleoperated'",
 )
 CONSOLE = replace(OPERATOR, kind="console", help="Serve a live page with orders.", members=_one("console"))

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import numpy as np
 from flockwire_analysis.series import Booleans, Floats
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.airframe import FlightState
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.driving import FROZEN
@@ -73,7 +72,8 @@ def _rungs(flown: Flown, owner: str, reports: Reports, bounds: Bounds) -> Iterat
     rested = np.isin(phases, (Phase.GROUNDED, Phase.READY))
     flying[1:] &= ~rested[:-1]  # a pilot whose drone flies all the same decides in its next step
     forming, flying = runs & (phases == Phase.FORMATION), runs & flying
-    leads = flown.poses.get(uav(LEADER)) if owner != uav(LEADER) else None
+    sole = flown.swarm.sole_leader
+    leads = flown.poses.get(uav(sole)) if sole is not None and owner != uav(sole) else None
     # What is passed on is not younger; a process counts from its own beginning.
     silent = np.minimum(age(times, leads), age(times, reports.begun)) if leads is not None else np.zeros(len(times))
     low = flying & (reports.batteries >= 0.0) & (reports.batteries < limits.battery_land)

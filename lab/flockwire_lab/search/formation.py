@@ -6,7 +6,6 @@ import numpy as np
 from flockwire_analysis.free_places import taken_places
 from flockwire_analysis.series import Floats, Integers
 from flockwire_analysis.tracking import Errors
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.pilot.orders import flown_place
@@ -47,7 +46,8 @@ def errors(recorder: Recorder, swarm: Swarm, start: Mission, begin: int, end: in
     times = np.arange(end, first - 1, -nanoseconds(AT_PLACE), dtype=np.int64)[::-1]
     true = [recorder.places(int(at)) for at in times]
     drones = {i: np.array([places[uav(i)] for places in true]) for i in swarm.followers}
-    leader = np.array([places[uav(LEADER)] for places in true])
+    sole = swarm.sole_leader
+    leader = np.array([places[uav(sole)] if sole is not None else (np.nan,) * 3 for places in true])
     places = {i: leader + _offsets(recorder, swarm, start, rank, times) for rank, i in enumerate(swarm.followers)}
     nothing = {i: np.full(len(times), -np.inf) for i in places}
     taken = taken_places(swarm, times, places, drones, nothing)

@@ -121,7 +121,7 @@ def usual_space(table: Table, swarm: Swarm, mode: Mode) -> dict[str, Any]:
     for key in PATH.split("."):
         path = path.get(key, {})
     for axis, speed in enumerate(path.get("velocity", ())[:2]):
-        spans[f"{PATH}.velocity.{axis}"] = _round(speed, SMALL * swarm.leader.input_bound)
+        spans[f"{PATH}.velocity.{axis}"] = _round(speed, SMALL * swarm.reference.input_bound)
     for place, point in enumerate(path.get("points", ())):
         for axis in (0, 1):
             spans[f"{PATH}.points.{place}.{axis}"] = _round(point[axis], SMALL)

@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from math import dist
 from random import Random
 
-from flockwire_core.control.graph import LEADER
 from flockwire_core.swarm.model import Swarm
 
 from flockwire_lab.study.file import RandomGraph, Starts, StudyError
@@ -51,15 +50,15 @@ def _free(place: tuple[float, float], taken: Iterable[tuple[float, float]], swar
 
 
 def random_edges(swarm: Swarm, graph: RandomGraph, chance: Random) -> list[list[int]]:
-    """Return edges [from, to]: a random tree of bounded depth from the leader, and others; raises StudyError.
+    """Return edges [from, to]: random trees of bounded depth from the leaders, and others; raises StudyError.
 
     The followers join in random order, each below any drone of the tree that is not at full depth.
     """
     followers = list(swarm.followers)
     chance.shuffle(followers)
-    depth = {LEADER: 0}
+    depth = dict.fromkeys(swarm.leaders or followers[:1], 0)
     edges = []
-    for follower in followers:
+    for follower in followers[not swarm.leaders :]:
         above = chance.choice([drone for drone, hops in depth.items() if graph.depth is None or hops < graph.depth])
         depth[follower] = depth[above] + 1
         edges.append([above, follower])

@@ -69,8 +69,9 @@ def parser_of(row: Process) -> ArgumentParser:
     )
     parser.set_defaults(id=None, out=Path(), dated=False, protocol=None, trace=None, faults=None, took_off=None)
     parser.add_argument("swarm", metavar="SWARM", type=Path, help="The swarm file (TOML).")
-    if row.numbered:
-        parser.add_argument("id", metavar="ID", type=int, help="The drone's id.")
+    if row.numbered or row.pilot:
+        most = None if row.numbered else "?"
+        parser.add_argument("id", metavar="ID", nargs=most, type=int, help="The drone's id.")
     keys = os.environ.get("FLOCKWIRE_KEYS")
     parser.add_argument(
         "--keys",
@@ -193,7 +194,7 @@ def _identity(plan: Plan, row: Process, number: int | None) -> str:
     members = {plan.members[identity].drone: identity for identity in plan.of_kind(row.kind)}
     if not members:
         refuse(f"{plan.swarm.name} has no {row.kind}: only a swarm with {row.only_if} has one")
-    if row.numbered:
+    if number is not None or len(members) > 1:
         if number not in members:
             refuse(f"ID = {number}: must be one of {list(members)}")
         return members[number]

@@ -89,22 +89,24 @@ def status(
 @app.command()
 def teleop(swarm: SwarmFile, keys: Keys = None) -> None:
     """Steer a teleoperated leader by a gamepad, or by the keys of this terminal."""
-    from flockwire_operator.station.teleop import steer  # noqa: PLC0415  (zenoh)
+    from flockwire_operator.station.teleop import steer, steered  # noqa: PLC0415  (zenoh)
     from flockwire_operator.station.terminal.gamepad import plugged_in  # noqa: PLC0415
     from flockwire_operator.station.terminal.keyboard import attached  # noqa: PLC0415
 
     plan = load(swarm)
-    if plan.swarm.leader.kind != "teleoperated":
-        refuse(f"leader.kind = {plan.swarm.leader.kind!r}: only a 'teleoperated' leader can be steered")
-    gamepad, note = plugged_in(plan.swarm.leader.speed)
+    led, speed = steered(plan.swarm)
+    if not led:
+        kinds = ", ".join(sorted({leader.kind for leader in plan.swarm.leading.values()}))
+        refuse(f"leader.kind = {kinds!r}: only a 'teleoperated' leader can be steered")
+    gamepad, note = plugged_in(speed)
     if note:
         print(f"flockwire: {note}", file=sys.stderr)
     if gamepad is None and not attached():
         refuse("there is no terminal to read keys from, and no gamepad")
     warn_of(plan.swarm)
     with refused(), unblocked():
-        steered = asyncio.run(steer(plan, keys_folder(swarm, plan, keys), gamepad))
-    raise typer.Exit(0 if steered else 1)
+        done = asyncio.run(steer(plan, keys_folder(swarm, plan, keys), gamepad))
+    raise typer.Exit(0 if done else 1)
 
 
 @app.command()

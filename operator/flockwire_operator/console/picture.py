@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import add
 from flockwire_core.ground.fleet import STALE
@@ -24,7 +23,8 @@ class Scene:
 
     def snapshot(self, statuses: Mapping[str, Status], now: int) -> dict[str, Any]:
         """Return all states at `now` (Unix ns); `now` in it is in s, `mission` the flight's time if it has one."""
-        leader = statuses.get(self._plan.pilot[LEADER])
+        sole = self._plan.swarm.sole_leader
+        leader = statuses.get(self._plan.pilot[sole]) if sole is not None else None
         drones = {}
         for number, pilot in self._plan.pilot.items():
             status = statuses.get(pilot)
@@ -40,7 +40,12 @@ class Scene:
 
     def _place(self, number: int, report: Report, leader: Status | None, now: int) -> list[float] | None:
         """Return the place of a follower in the formation that it was ordered to fly, None if it has none."""
-        if number == LEADER or leader is None or leader.report.position is None or report.mission is None:
+        if (
+            number in self._plan.swarm.leaders
+            or leader is None
+            or leader.report.position is None
+            or report.mission is None
+        ):
             return None
         found = reported_place(self._plan.swarm, self._formations, report, number)
         if found is None:

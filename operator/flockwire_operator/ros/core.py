@@ -5,7 +5,6 @@ from __future__ import annotations
 import secrets
 from collections.abc import Callable
 
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.pose import Pose
 from flockwire_core.ground.operator import OperatorCore
 from flockwire_core.process.cores import Ground, Start
@@ -35,12 +34,13 @@ class RosCore(Ground):
         super().__init__()
         self.operator = OperatorCore(plan, new_giver)
         self.services = Services(plan.swarm, self.operator)
-        self.steering = Steering(plan.swarm) if plan.swarm.leader.follows_ros else None
+        leader = next((i for i, one in plan.swarm.leading.items() if one.follows_ros), None)
+        self.steering = Steering(plan.swarm, leader) if leader is not None else None
         self.mirror: Mirror | None = None
         self.trouble = "waits for the ROS side"  # why there is none; empty when there is
         self.advice = ""  # why the leader's topic is silent; empty when it is not
         self.dropped: Callable[[], Counts] = tuple  # what the ROS side sent and was dropped
-        self._leader = Key("pose", uav(LEADER))
+        self._leader = Key("pose", uav(leader)) if leader is not None else None
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Receive a message of the swarm."""

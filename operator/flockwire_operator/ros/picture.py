@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from itertools import pairwise
 
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector, add
 from flockwire_core.pilot.off_place import shown_phase
@@ -54,7 +53,7 @@ class Picture:
     def _drones(self) -> list[Marker]:
         found = []
         for number, (name, position) in enumerate(self.positions.items()):
-            colour = ORANGE if name == uav(LEADER) else BLUE
+            colour = ORANGE if name in map(uav, self._plan.swarm.leaders) else BLUE
             found.append(Marker("drones", number, Shape.SPHERE, colour, (SIZE, SIZE, SIZE), position))
             text = "\n".join(filter(None, (name, self._told(name))))
             above = add(position, (0.0, 0.0, 1.5 * SIZE))
@@ -92,7 +91,8 @@ class Picture:
 
     def _places(self, now: int) -> dict[str, Vector]:
         """Return the places of the followers that fly a formation: the leader's position and the offset."""
-        leader, found, swarm = self.positions.get(uav(LEADER)), {}, self._plan.swarm
+        found, swarm = {}, self._plan.swarm
+        leader = self.positions.get(uav(swarm.sole_leader)) if swarm.sole_leader is not None else None
         for number in swarm.followers:
             status = self._statuses.get(self._plan.pilot[number])
             if leader is None or status is None or status.report.phase != Phase.FORMATION:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 
-from flockwire_core.control.graph import LEADER
 from flockwire_core.control.tracker import VelocityTracker
 from flockwire_core.domain.airframe import Command
 from flockwire_core.domain.pose import Pose
@@ -31,12 +30,12 @@ class Steering:
         v = v_d + k (x_d − x)        (ours; v_d is the tracked velocity of x_d, and |v| at most leader.speed)
     """
 
-    def __init__(self, swarm: Swarm) -> None:
+    def __init__(self, swarm: Swarm, number: int) -> None:
         self.counts: Counter[str] = Counter()
-        table = swarm.leader.ros
+        table = swarm.leading[number].ros
         self.topic = Topic(table.topic, TWIST if table.message == "TwistStamped" else POSE)
-        self._frame, self._leader = swarm.frame, swarm.leader
-        self._key = Key(STEERING, uav(LEADER))
+        self._frame, self._leader = swarm.frame, swarm.leading[number]
+        self._key = Key(STEERING, uav(number))
         self._position: Vector | None = None
         self._place: VelocityTracker | None = None
         self._velocity: Vector | None = None

@@ -9,6 +9,7 @@ from typing import Any
 
 from flockwire_core.control.convergence import convergence
 from flockwire_core.domain.time import SECOND
+from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import Status
 
@@ -20,21 +21,29 @@ def text(answer: Answer) -> str:
     return json.dumps(_finite(answer), indent=2, ensure_ascii=False, allow_nan=False)
 
 
+def _observer(swarm: Swarm) -> Answer | None:
+    """Return what Lemma 3 proves; nothing without a leader, or with several."""
+    if swarm.sole_leader is None:
+        return None
+    observer = swarm.observer
+    bound = convergence(swarm.topology, observer.gain, observer.exponent, swarm.reference.input_bound)
+    return {"lambda_min": bound.lambda_min, "theta": bound.margin, "settling_time": bound.settling_time_bound}
+
+
 def description(plan: Plan, warnings: Iterable[str]) -> Answer:
     """Return what `check` finds in a sound swarm file."""
     swarm = plan.swarm
-    graph, depths, observer = swarm.topology, swarm.topology.depths(), swarm.observer
-    bound = convergence(graph, observer.gain, observer.exponent, swarm.leader.input_bound)
+    graph, depths = swarm.topology, swarm.topology.depths()
     surveys = {name: swarm.survey(name) for name in swarm.formation_names}
     return {
         "name": swarm.name,
-        "leader": swarm.leader.kind,
+        "leaders": {str(i): leader.kind for i, leader in swarm.leading.items()},
         "law": swarm.control.law,
         "followers": [
-            {"id": i, "from": {str(j): weight for j, weight in graph.neighbours(i).items()}, "hops": depths[i]}
+            {"id": i, "from": {str(j): weight for j, weight in graph.neighbours(i).items()}, "hops": depths.get(i)}
             for i in swarm.followers
         ],
-        "observer": {"lambda_min": bound.lambda_min, "theta": bound.margin, "settling_time": bound.settling_time_bound},
+        "observer": _observer(swarm),
         "formations": [
             {"name": name, "kind": swarm.formation_table(name).kind, "fastest": survey.max_speed}
             | {"tightest": min(survey.min_distance, survey.min_distance_leader)}

@@ -13,7 +13,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 from flockwire_core import clock
 from flockwire_core.control.airframe.first_order_lag import critical_gain, smallest_smoothing
 from flockwire_core.control.convergence import convergence, smallest_observer_gain
-from flockwire_core.control.graph import LEADER
 from flockwire_core.control.leader_track import leader_time_constant, motion_error, noise_gain
 from flockwire_core.domain.vector import norm
 from flockwire_core.objects import load_object
@@ -44,29 +43,42 @@ def describe(plan: Plan, duration: float = 40.0) -> str:
 def _graph(plan: Plan) -> Iterator[str]:
     swarm = plan.swarm
     graph, depths = swarm.topology, swarm.topology.depths()
-    yield f"swarm {swarm.name}: {len(swarm.followers)} followers, leader {swarm.leader.kind}, law {swarm.control.law}"
+    yield f"swarm {swarm.name}: {len(swarm.followers)} followers, {_leaders(swarm)}, law {swarm.control.law}"
     yield from _carried(swarm)
     yield ""
     yield "who receives from whom (weight)             hops from the leader"
     for i in swarm.followers:
         neighbours = ", ".join(f"{plan.pilot[j]} ({weight:g})" for j, weight in graph.neighbours(i).items())
-        yield f"  {uav(i):<7} from {neighbours:<37} {depths[i]}"
+        yield f"  {uav(i):<7} from {neighbours:<37} {depths.get(i, '-')}"
 
 
 def _carried(swarm: Swarm) -> Iterator[str]:
-    if swarm.leader.kind != "tracked":
+    for number in swarm.carried:
+        yield f"  {uav(number)} is the tracker's body {swarm.body(number)!r}: a person carries it. It never flies,"
+    if not swarm.carried:
         return
-    height = swarm.drone(LEADER).start[2]
-    yield f"  {uav(LEADER)} is the tracker's body {swarm.body(LEADER)!r}: a person carries it. It never flies,"
+    height = swarm.drone(swarm.carried[0]).start[2]
     yield "  receives no orders, and no drone waits for it. The others fly around it, at the height of their places"
     yield f"  above or below it ({height:.2f} m at first). They keep {swarm.person_clearance:.2f} m from its centre"
     if swarm.walking:
         yield "  simulated: the person walks [leader.trajectory] after a start order, and stands still after any other"
 
 
+def _leaders(swarm: Swarm) -> str:
+    """Return who leads, in words."""
+    if swarm.sole_leader is not None:
+        return f"leader {swarm.reference.kind}"
+    named = ", ".join(f"{uav(i)} {leader.kind}" for i, leader in swarm.leading.items())
+    return f"leaders {named}" if named else "no leader"
+
+
 def _lemma(swarm: Swarm) -> Iterator[str]:
     observer = swarm.observer
-    result = convergence(swarm.topology, observer.gain, observer.exponent, swarm.leader.input_bound)
+    if swarm.sole_leader is None:
+        yield f"{_leaders(swarm)}: no settling time is proven, the law's own prediction counts; places count from no"
+        yield "  leader: the fence and obstacles are not checked against them, the error is the law's own"
+        return
+    result = convergence(swarm.topology, observer.gain, observer.exponent, swarm.reference.input_bound)
     bound = "none" if result.settling_time_bound == inf else f"{result.settling_time_bound:.1f} s"
     yield f"observer (8): mu = {observer.gain:g} m/s, p = {observer.exponent:g}, {observer.step} step"
     yield f"  lambda_min(Lhat) = {result.lambda_min:.5f}   theta = {result.margin:.5f} m/s   settling time <= {bound}"
@@ -82,7 +94,7 @@ def _depth(swarm: Swarm) -> Iterator[str]:
     age = swarm.gateway.latency + depths[deepest] * (swarm.sim.delay + 1.0 / swarm.control.rate_hz)
     period = 1.0 / swarm.gateway.rate_hz
     noise = 1e3 * swarm.gateway.noise * noise_gain(constant, age, period)
-    moving = 1e3 * motion_error(swarm.leader.course(), constant, age, period, DEPTH_HORIZON)
+    moving = 1e3 * motion_error(swarm.reference.course(), constant, age, period, DEPTH_HORIZON)
     yield (
         f"  deepest: {uav(deepest)}, {depths[deepest]} hops, data up to {1e3 * age:.0f} ms old; error of its estimate: "
         f"{noise:.2f} mm per axis from noise (standard deviation), {moving:.2f} mm at most from the leader's turns"
@@ -161,7 +173,9 @@ def warnings(swarm: Swarm) -> Iterator[str]:
 
 
 def _observer_warnings(swarm: Swarm) -> Iterator[str]:
-    graph, observer, bound = swarm.topology, swarm.observer, swarm.leader.input_bound
+    if swarm.sole_leader is None:
+        return
+    graph, observer, bound = swarm.topology, swarm.observer, swarm.reference.input_bound
     result = convergence(graph, observer.gain, observer.exponent, bound)
     if result.margin <= 0.0:
         smallest = smallest_observer_gain(graph, bound)
@@ -191,7 +205,7 @@ def _law_warnings(swarm: Swarm) -> Iterator[str]:
 
 
 def _compensation_warnings(swarm: Swarm) -> Iterator[str]:
-    phi, input_norm = swarm.control.compensation_gain, swarm.leader.input_bound * sqrt(2.0)
+    phi, input_norm = swarm.control.compensation_gain, swarm.reference.input_bound * sqrt(2.0)
     if phi < input_norm:
         yield (
             f"control.compensation_gain = {phi:g} m/s is below the leader's largest input, {input_norm:.3f} m/s "

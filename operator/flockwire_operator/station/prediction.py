@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from math import dist, hypot
 
-from flockwire_core.control.graph import LEADER
 from flockwire_core.control.trajectory import Trajectory
-from flockwire_core.domain.vector import Vector, add, norm
+from flockwire_core.domain.vector import ZERO, Vector, add, norm
 from flockwire_core.swarm.formation_rules import conflicts
+from flockwire_core.swarm.leader import AT_REST
 from flockwire_core.swarm.model import SURVEY_HORIZON, Swarm, uav
 
 STEP = 0.05  # s between the evaluated instants
@@ -50,26 +50,32 @@ def _of_real_drones(swarm: Swarm) -> Iterator[str]:
 
 
 def _of_leader(swarm: Swarm, duration: float) -> Iterator[str]:
-    if swarm.walking and (walks := swarm.leader.trajectory.build().fastest) > swarm.leader.speed:
-        yield f"the simulated person walks {walks:.2f} m/s, leader.speed = {swarm.leader.speed:g} m/s"
-    if LEADER not in swarm.flying:
-        return
-    fastest = swarm.leader.speed_bound
+    for number in swarm.walking:
+        leader = swarm.leading[number]
+        if (walks := leader.trajectory.build().fastest) > leader.speed:
+            yield f"the simulated person walks {walks:.2f} m/s, leader.speed = {leader.speed:g} m/s"
+    for number in swarm.leading:
+        if number in swarm.flying:
+            yield from _of_course(swarm, number, duration)
+
+
+def _of_course(swarm: Swarm, number: int, duration: float) -> Iterator[str]:
+    fastest, name = swarm.leading[number].speed_bound, "the leader" if swarm.sole_leader is not None else uav(number)
     if fastest > swarm.limits.speed:
-        yield f"the leader's course takes {fastest:.2f} m/s, limits.speed = {swarm.limits.speed:g} m/s"
-    room, course = swarm.limits.fence.room(), _course(swarm)
+        yield f"{name}'s course takes {fastest:.2f} m/s, limits.speed = {swarm.limits.speed:g} m/s"
+    room, course = swarm.limits.fence.room(), _course(swarm, number)
     places = [(t, course(t)) for t in _instants(duration)]
     if outside := next(((t, place) for t, place in places if room.outside(place) > 0.0), None):
-        yield f"the leader's course leaves limits.fence after {outside[0]:.1f} s, at {_shown(outside[1])}"
+        yield f"{name}'s course leaves limits.fence after {outside[0]:.1f} s, at {_shown(outside[1])}"
     if close := next(((t, number) for t, place in places for number in _too_near(swarm, place)), None):
         safe = swarm.avoidance.obstacle_safety_distance
-        yield f"the leader's course comes closer than {safe:g} m to obstacle {close[1]} after {close[0]:.1f} s"
+        yield f"{name}'s course comes closer than {safe:g} m to obstacle {close[1]} after {close[0]:.1f} s"
 
 
 def _of_followers(swarm: Swarm, name: str, duration: float, avoided: bool) -> Iterator[str]:
     key, limits = swarm.formation_keys[name], swarm.limits
-    formation, trajectory = swarm.build_formation(name), _trajectory(swarm)
-    room, course = limits.fence.room(), _course(swarm)
+    formation, trajectory = swarm.build_formation(name), _trajectory(swarm, swarm.sole_leader)
+    room, course = limits.fence.room(), _course(swarm, swarm.sole_leader)
     fastest, outside = (0.0, 0), None
     blocked: dict[tuple[int, int], float] = {}  # when, by place and obstacle
     for t in _instants(duration):
@@ -106,22 +112,25 @@ def _instants(duration: float) -> Iterator[float]:
     return (k * step for k in range(int(duration / step) + 1))
 
 
-def _course(swarm: Swarm) -> Callable[[float], Vector]:
-    """Return the function of the leader's position, m, at a time, s, of the formation."""
-    if swarm.leader.kind == "virtual":
-        start = swarm.leader.start
-    elif LEADER not in swarm.flying:
-        start = swarm.drone(LEADER).start
+def _course(swarm: Swarm, number: int | None) -> Callable[[float], Vector]:
+    """Return the function of a leader's position, m, at a time, s, of the formation; without one, of the origin."""
+    if number is None:
+        start = ZERO
+    elif not swarm.leading[number].has_body:
+        start = swarm.leading[number].start
+    elif number not in swarm.flying:
+        start = swarm.drone(number).start
     else:
-        x, y, z = swarm.drone(LEADER).start
+        x, y, z = swarm.drone(number).start
         start = (x, y, z + swarm.limits.takeoff_height)
-    trajectory = _trajectory(swarm)
+    trajectory = _trajectory(swarm, number)
     return lambda t: add(start, trajectory.position(t))
 
 
-def _trajectory(swarm: Swarm) -> Trajectory:
-    """Return the leader's known trajectory, including that of a simulated person."""
-    return swarm.leader.trajectory.build() if swarm.walking else swarm.leader.course()
+def _trajectory(swarm: Swarm, number: int | None) -> Trajectory:
+    """Return a leader's known trajectory, including that of a simulated person."""
+    leader = AT_REST if number is None else swarm.leading[number]
+    return leader.trajectory.build() if number in swarm.walking else leader.course()
 
 
 def _too_near(swarm: Swarm, place: Vector) -> Iterator[int]:

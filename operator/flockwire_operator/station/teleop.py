@@ -10,12 +10,11 @@ import contextlib
 from pathlib import Path
 
 from flockwire_core import clock
-from flockwire_core.control.graph import LEADER
 from flockwire_core.domain.airframe import Command
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add, limit, scale
 from flockwire_core.runtime.swarm_clock import SwarmClock
-from flockwire_core.swarm.model import uav
+from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.keys import STEERING, Key
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import TELEOP
@@ -61,12 +60,19 @@ class SteeringKeys:
         return limit(scale(total, self._speed), self._speed)
 
 
+def steered(swarm: Swarm) -> tuple[tuple[int, ...], float]:
+    """Return the leaders that a person steers, all alike, and their speed, m/s: the lowest of their maxima."""
+    led = tuple(i for i, leader in swarm.leading.items() if leader.kind == "teleoperated")
+    return led, min((swarm.leading[i].speed for i in led), default=0.0)
+
+
 async def steer(plan: Plan, keys: Path, gamepad: Gamepad | None = None) -> bool:
     """Publish steering commands until `q` or an interrupt; returns False if it could not. Raises CredentialsError.
 
     A moved stick overrides the keys.
     """
-    pressed, key = SteeringKeys(plan.swarm.leader.speed), Key(STEERING, uav(LEADER))
+    led, speed = steered(plan.swarm)
+    pressed, keys_led = SteeringKeys(speed), [Key(STEERING, uav(number)) for number in led]
     with interrupts() as interrupted:
         session = await connected(plan, TELEOP.kind, keys, interrupted)
         if session is None:
@@ -82,6 +88,7 @@ async def steer(plan: Plan, keys: Path, gamepad: Gamepad | None = None) -> bool:
                 now = clock.monotonic()
                 velocity = gamepad.velocity(now) if gamepad is not None else ZERO
                 velocity = velocity if velocity != ZERO else pressed.velocity(now)
-                session.publish([(key, Command(clock.now(), plan.swarm.frame, velocity))])
+                command = Command(clock.now(), plan.swarm.frame, velocity)
+                session.publish([(key, command) for key in keys_led])
                 await asyncio.sleep(PERIOD)
     return True

@@ -15,19 +15,19 @@ FAR = st.tuples(*[st.floats(-50.0, 50.0)] * 3)
 @given(st.lists(NEAR, min_size=2, max_size=6), FAR)
 def test_one_false_estimate_never_has_an_honest_one_left_out(honest, false):
     positions = dict(enumerate([*honest, false], 1))
-    left_out = contradicting(positions, BOUND)
+    left_out = contradicting(positions, BOUND, 0)
     if max(map(abs, false)) > 1.0:
         assert left_out == (len(positions),)
     assert set(left_out) <= {len(positions)}
-    assert is_decided(positions, left_out)
+    assert is_decided(positions, left_out, 0)
 
 
 @given(st.lists(FAR, min_size=1, max_size=4))
 def test_the_leaders_own_position_is_believed_against_any_number(false):
     positions = {0: (0.0, 0.0, 0.0), **dict(enumerate(false, 1))}
-    left_out = contradicting(positions, BOUND)
+    left_out = contradicting(positions, BOUND, 0)
     assert 0 not in left_out
-    assert is_decided(positions, left_out)
+    assert is_decided(positions, left_out, 0)
     assert all(max(map(abs, positions[j])) <= BOUND for j in positions if j not in left_out)
 
 
@@ -37,5 +37,5 @@ def test_the_leaders_own_position_is_believed_against_any_number(false):
 )
 def test_without_a_majority_nobody_is_believed(xs, left_out, decided):
     positions = {j: (x, 0.0, 1.0) for j, x in enumerate(xs, 1)}
-    assert contradicting(positions, BOUND) == left_out
-    assert is_decided(positions, left_out) == decided
+    assert contradicting(positions, BOUND, 0) == left_out
+    assert is_decided(positions, left_out, 0) == decided

@@ -3,7 +3,7 @@ import sys
 from itertools import product
 
 import pytest
-from flockwire_core.control.graph import LEADER, Graph
+from flockwire_core.control.graph import Graph
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -11,7 +11,7 @@ TREE = Graph((1, 2, 3, 4), ((0, 1, 1.0), (1, 2, 1.0), (1, 3, 0.5), (2, 4, 1.0), 
 
 
 def test_neighbours_are_the_sources_of_edges():
-    assert TREE.neighbours(1) == {LEADER: 1.0}
+    assert TREE.neighbours(1) == {0: 1.0}
     assert TREE.neighbours(4) == {2: 1.0, 3: 2.0}
 
 
@@ -34,9 +34,9 @@ def test_followers_without_a_path_from_the_leader_are_named():
 @given(st.integers(1, 5), st.randoms(use_true_random=False))
 def test_followers_are_parted_iff_one_cannot_reach_another(count, chance):
     followers = tuple(range(1, count + 1))
-    links = [(i, j) for i in (LEADER, *followers) for j in followers if i != j and chance.random() < 0.4]
+    links = [(i, j) for i in (0, *followers) for j in followers if i != j and chance.random() < 0.4]
     ends = Graph(followers, tuple((*link, 1.0) for link in links)).parted()
-    reach = {(i, i) for i in followers} | {link for link in links if link[0] != LEADER}
+    reach = {(i, i) for i in followers} | {link for link in links if link[0] != 0}
     for k, i, j in product(followers, repeat=3):  # Warshall
         if (i, k) in reach and (k, j) in reach:
             reach.add((i, j))
@@ -52,7 +52,7 @@ def test_followers_are_parted_iff_one_cannot_reach_another(count, chance):
         ((1, 1), (), "ids must differ"),
         ((0, 1), (), "ids must differ"),
         ((1,), ((0, 2, 1.0),), "edge 0 -> 2: both ends"),
-        ((1,), ((1, 0, 1.0),), "edge 1 -> 0: the leader has no in-neighbours"),
+        ((1,), ((1, 0, 1.0),), "edge 1 -> 0: a leader has no in-neighbours"),
         ((1,), ((1, 1, 1.0),), "edge 1 -> 1: a drone is not its own neighbour"),
         ((1,), ((0, 1, 1.0), (0, 1, 2.0)), "edge 0 -> 1: listed twice"),
         ((1,), ((0, 1, 0.0),), r"edge 0 -> 1: weight = 0\.0 must be positive"),

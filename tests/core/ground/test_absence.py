@@ -12,9 +12,9 @@ EDGES = {"graph.edges": [[0, 1], [1, 2], [2, 3], [3, 4], [2, 4]]}
         ((), ""),
         ((3,), ""),
         ((3, 4), ""),
-        ((0,), "--without 0: the leader cannot be left out"),
+        ((0,), "--without 0: a leader cannot be left out"),
         ((7,), "--without 7: must be one of [1, 2, 3, 4]"),
-        ((2,), "--without 2: no spanning tree from the leader is left, it does not reach uav3, uav4"),
+        ((2,), "--without 2: no spanning tree from a leader is left, none reaches uav3, uav4"),
         ((1, 2, 3, 4), "--without 1, 2, 3, 4: at least one follower must fly"),
     ],
 )

@@ -44,7 +44,7 @@ WRONG = [
     ({"drones.1.host": "mars"}, "drones.1.host = 'mars': must be one of [hosts], ['local']"),
     ({"drones": [{"id": 0, "start": [0, 0, 0]}]}, "drones: at least one follower"),
     ({"drones.0": None}, "drones: the leader, id 0, is missing (leader.kind = 'trajectory'"),
-    ({"leader.kind": "virtual"}, "drones: id 0 is the leader, and leader.kind = 'virtual' has no drone"),
+    ({"leader.kind": "virtual"}, "drones: id 0 is a leader, and leader.kind = 'virtual' has no drone"),
     # a person who leads
     (TRACKED | {"drones.0": None}, "drones: the leader, id 0, is missing (leader.kind = 'tracked' has its own body"),
     ({"leader.kind": "tracked"}, "drones.0.start = [0.0, 0.0, 0.0]: leader.kind = 'tracked' is carried by a person"),
@@ -79,11 +79,11 @@ WRONG = [
     ({"wind.gust": -1.0}, "wind.gust = -1.0: must be a number of 0 or more"),
     # graph
     ({"graph.edges.1": [1, 7]}, "graph.edges.1 = [1, 7]: there is no drone 7"),
-    ({"graph.edges.0": [0, 0]}, "graph.edges.0 = [0, 0]: the leader has no in-neighbours"),
+    ({"graph.edges.0": [0, 0]}, "graph.edges.0 = [0, 0]: a leader has no in-neighbours"),
     ({"graph.edges.2": [2, 2]}, "graph.edges.2 = [2, 2]: a drone is not its own neighbour"),
     ({"graph.edges.2": [1, 2]}, "graph.edges.2 = [1, 2]: this edge appears twice"),
-    ({"graph.edges.1": [4, 3]}, "graph.edges: no spanning tree from the leader: it does not reach uav2, uav3, uav4"),
-    ({"graph.edges": []}, "graph.edges: no spanning tree from the leader: it does not reach uav1, uav2, uav3, uav4"),
+    ({"graph.edges.1": [4, 3]}, "graph.edges: no spanning tree from a leader: none reaches uav2, uav3, uav4"),
+    ({"graph.edges": []}, "graph.edges: no spanning tree from a leader: none reaches uav1, uav2, uav3, uav4"),
     # addresses
     ({"drones.1.address": "10.0.0.1"}, "drones.1.address = '10.0.0.1': must be IP:PORT"),
     ({"drones.1.address": "10.0.0.1:80"}, "drones.1.address = '10.0.0.1:80': must be IP:PORT, PORT from 1024"),

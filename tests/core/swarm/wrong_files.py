@@ -61,7 +61,7 @@ WRONG = {
     ),
     "two drones of one id": ((("id = 3", "id = 2"),), ("drones.3.id = 2: another drone has this id",)),
     "an edge to nobody": ((("[1, 3]", "[1, 4]"),), ("graph.edges.2 = [1, 4]: there is no drone 4",)),
-    "a drone that hears nobody": ((("[0, 2], [1, 3]", "[0, 2]"),), ("it does not reach uav3",)),
+    "a drone that hears nobody": ((("[0, 2], [1, 3]", "[0, 2]"),), ("none reaches uav3",)),
     "an edge of one end": ((("[1, 3]", "[1]"),), ("graph.edges.2 = [1]: must be [from, to] or [from, to, weight]",)),
     "a fence upside down": (
         (("max = [8.0, 8.0, 3.0]", "max = [8.0, 8.0, -1.0]"),),

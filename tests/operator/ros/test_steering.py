@@ -23,7 +23,7 @@ def steering(ros_plan: Callable[..., Any]) -> Callable[..., Steering]:
 
     def make(message: str = "TwistStamped") -> Steering:
         leader = {"kind": "ros", "speed": 0.5, "ros": {"topic": "/joy/cmd_vel", "message": message}}
-        return Steering(ros_plan({"leader": leader, "control.law": "extended"}).swarm)
+        return Steering(ros_plan({"leader": leader, "control.law": "extended"}).swarm, 0)
 
     return make
 

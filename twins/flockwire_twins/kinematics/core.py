@@ -50,7 +50,7 @@ class AirframeConditions(NamedTuple):
 class KinematicsCore:
     """All simulated drones of `swarm`, started at `now` (Unix ns).
 
-    A person who carries the leader walks its trajectory after a start order. Airframes with their own driver are served
+    A person who carries a leader walks its trajectory after a start order. Airframes with their own driver are served
     at their own addresses; `chance` draws their random values.
     """
 
@@ -66,8 +66,10 @@ class KinematicsCore:
         }
         self._commanded = {uav(i): cast("Commanded", self._airframes[uav(i)]) for i in own}
         self._served = {one.address: one for one in (cast("Served", self._airframes[uav(i)]) for i in served)}
-        walk = swarm.leader.trajectory.build()
-        self._persons = {Key("truth", uav(i)): MovingPoint(walk, swarm.drone(i).start) for i in swarm.walking}
+        self._persons = {
+            Key("truth", uav(i)): MovingPoint(swarm.leading[i].trajectory.build(), swarm.drone(i).start)
+            for i in swarm.walking
+        }
         self._truths = tuple((Key("truth", owner), airframe) for owner, airframe in self._airframes.items())
         self._settled = SETTLED if not served else SETTLED_SERVED
         self._telemetry_deadline = now
