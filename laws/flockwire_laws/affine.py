@@ -35,9 +35,7 @@ class Gains(fw.Parameters):
 class Affine:
     """The law 7b for one follower."""
 
-    information = fw.Information(
-        neighbours=fw.Sense.POSITION, message=Velocity, leaders=(3, 64), directed=False, signed=True
-    )
+    information = fw.Information(fw.Sense.POSITION, message=Velocity, leaders=(3, 64), directed=False, signed=True)
     Parameters = Gains
     check = classmethod(checks.affine)
 

@@ -17,33 +17,12 @@ mean x* = (g1 mean r + g2 b)/(g1 + g2),  x_i* = (g1 r_i + g3 mean x* − g2 (mea
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from flockwire_core import law as fw
 
 from flockwire_laws import checks
-from flockwire_laws.relative import Array, size, vector
-
-Triple = tuple[float, float, float]
-
-
-class Tracker(NamedTuple):
-    """s and y (m) of one round, in the formation that began at `start` (Unix ns)."""
-
-    start: int
-    round: int
-    s: Triple
-    y: Triple
-
-
-class Task(fw.Parameters):
-    """As in the equations; period of a round in s, b in m."""
-
-    period: fw.Positive = 0.1
-    alpha: fw.Positive = 0.05
-    weights: tuple[fw.NotNegative, fw.NotNegative, fw.NotNegative] = (1.0, 1.0, 1.0)  # g1, g2, g3
-    target: Triple = (0.0, 0.0, 1.0)  # b
+from flockwire_laws.aggregative_task import Task, Tracker, Triple
+from flockwire_laws.relative import size, vector, weighted
 
 
 class Aggregative:
@@ -71,7 +50,7 @@ class Aggregative:
         heard = self._heard.get((place.start, self._round), {})
         if begins:
             self._start, self._round, self._x, self._s = place.start, 0, own, own
-            self._y = self._gradients(own, own, place.offset(t))[1]
+            self._y = self._task.gradients(own, own, place.offset(t))[1]
         elif t >= (self._round + 1) * self._task.period and heard.keys() >= place.ranks.keys():
             self._advance(list(heard.values()), place.offset(t))
             self._heard = {
@@ -83,16 +62,11 @@ class Aggregative:
 
     def _advance(self, heard: list[fw.Heard], r: Triple) -> None:
         """Make one round with what the neighbours sent of it."""
-        first, second = self._gradients(self._x, self._s, r)
+        first, second = self._task.gradients(self._x, self._s, r)
         rest = 1.0 - sum(one.weight for one in heard)
-        s = rest * self._s + sum((one.weight * np.array(one.content.s) for one in heard), np.zeros(3))
-        y = rest * self._y + sum((one.weight * np.array(one.content.y) for one in heard), np.zeros(3))
+        s = rest * self._s + weighted(heard, lambda one: one.content.s)[0]
+        y = rest * self._y + weighted(heard, lambda one: one.content.y)[0]
         x = self._x - self._task.alpha * (first + self._y)
         self._s = s + x - self._x
-        self._y = y + self._gradients(x, self._s, r)[1] - second
+        self._y = y + self._task.gradients(x, self._s, r)[1] - second
         self._x, self._round = x, self._round + 1
-
-    def _gradients(self, x: Array, s: Array, r: Triple) -> tuple[Array, Array]:
-        """Return grad_1 f(x, s) and grad_2 f(x, s), m."""
-        g1, g2, g3 = self._task.weights
-        return g1 * (x - r) + g3 * (x - s), g2 * (s - self._task.target) - g3 * (x - s)

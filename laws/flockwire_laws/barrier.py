@@ -1,4 +1,4 @@
-"""Control barrier functions: `law = "barrier"`, second order; `"flockwire_laws.barrier:FirstOrder"` for velocities.
+"""Control barrier functions of second order: `law = "barrier"`; barrier_first_order.py has them for velocities.
 
 L. Wang, A. D. Ames, M. Egerstedt, "Safety barrier certificates for collisions-free multirobot systems", IEEE Trans.
 Robotics 33(3), 2017. Each drone solves, with dp = p_i − p_j, dv = v_i − v_j for all j in range, all of the same alpha,
@@ -20,9 +20,8 @@ from flockwire_core import law as fw
 
 from flockwire_laws import checks
 from flockwire_laws.quadratic import minimise
-from flockwire_laws.relative import Array, size
+from flockwire_laws.relative import STATE, Array, size
 
-STATE = fw.Sense.POSITION | fw.Sense.VELOCITY
 FLOOR = 1e-4  # m, least |dp| − D in the square root
 
 
@@ -52,10 +51,8 @@ class Barrier:
         g, place = self.gains, observation.place
         if place is None or observation.position is None or observation.velocity is None:
             return fw.Decision()
-        away, own = (
-            np.subtract(place.offset(observation.t), observation.position)[:2],
-            np.array(observation.velocity)[:2],
-        )
+        away = np.subtract(place.offset(observation.t), observation.position)[:2]
+        own = np.array(observation.velocity)[:2]
         towards = g.gain * away * min(1.0, g.speed / max(g.gain * size(away), 1e-9))
         wanted, most, braking = self.nominal(towards, own)
         rows, limits = [*np.eye(2), *-np.eye(2)], [-most] * 4
@@ -79,18 +76,3 @@ class Barrier:
         h = root + closing / distance
         b = g.gamma * h**3 * distance + dv @ dv - closing**2 / distance**2 + 2.0 * g.alpha * closing / root
         return float(0.5 * b)
-
-
-class FirstOrder(Barrier):
-    """The law of first order for one drone, in the plane."""
-
-    information = Barrier.information._replace(around=fw.Sense.POSITION | fw.Sense.VELOCITY, output=fw.Output.VELOCITY)
-
-    def nominal(self, towards: Array, own: Array) -> tuple[Array, float, Array]:
-        """Return û, its largest size per axis, and the command that brakes."""
-        return towards, self.gains.speed, np.zeros(2)
-
-    def bound(self, dp: Array, dv: Array) -> float:
-        """Return gamma h^3/4."""
-        h = dp @ dp - self.gains.distance**2
-        return float(0.25 * self.gains.gamma * h**3)

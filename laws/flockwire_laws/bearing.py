@@ -1,17 +1,17 @@
 """Formation by bearings: `law = "bearing"` is 5a, with `anchored = true` 5b.
 
-S. Zhao, D. Zelazo, "Bearing rigidity and almost global bearing-only formation stabilization", IEEE Trans. Automatic
-Control 61(5), 2016: 5a. S. Zhao, Z. Li, Z. Ding, "Bearing-only formation tracking control", 64(11), 2019: 5b. S. Zhao,
-D. Zelazo, "Translational and scaling formation maneuver control", IEEE TCNS 4(3), 2017: 5c.
+S. Zhao, D. Zelazo, "Bearing rigidity and almost global bearing-only formation stabilization", TAC 61(5), 2016 (5a);
+S. Zhao, Z. Li, Z. Ding, "Bearing-only formation tracking control", TAC 64(11), 2019 (5b); S. Zhao, D. Zelazo,
+"Translational and scaling formation maneuver control via a bearing-based approach", TCNS 4(3), 2017 (5c).
 
     5a Bearing    u_i = −k sum P(g_ij) g*_ij,   P(x) = I − x x'                                    velocity (m/s)
     5b anchored   u_i = k sum (g_ij − g*_ij), two leaders or more at rest                          velocity (m/s)
     5c Manoeuvre  u_i = K_i^-1 sum P(g*_ij) [a_j − kp (p_i − p_j) − kv (v_i − v_j)], K_i = sum P(g*_ij)   m/s^2
 
-g_ij unit vector to j, g*_ij that of the places, k m/s, kp 1/s^2, kv 1/s, a_j what j commands. `leader_places` are the
-leaders' nominal places, m. The graph is undirected and infinitesimally bearing rigid (null space of the bearing
-Laplacian: translations and scale). 5a keeps centroid and scale; its rate is k times the smallest eigenvalue but 0 of
-the bearing Laplacian weighted by 1/|p_j − p_i|, 5b's that of its block of the followers. 5c: e'' + kv e' + kp e = 0.
+g_ij unit vector to j, g*_ij that of the places, k m/s, kp 1/s^2, kv 1/s, a_j what j commands; `leader_places` m. The
+graph is undirected and bearing rigid (null space of the bearing Laplacian: translations, scale). 5a keeps centroid and
+scale; its rate is k times the least eigenvalue but 0 of the bearing Laplacian weighted by 1/|p_j − p_i|, 5b's that of
+its block of the followers. 5c: e'' + kv e' + kp e = 0.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import numpy as np
 from flockwire_core import law as fw
 
 from flockwire_laws import checks
-from flockwire_laws.relative import Acceleration, Array, size, vector
+from flockwire_laws.relative import STATE, Acceleration, Array, flown_acceleration, size, vector
 
 
 class Gains(fw.Parameters):
@@ -44,29 +44,28 @@ class Bearing:
         self.gains = Gains.of(settings.parameters)
 
     def step(self, observation: fw.Observation) -> fw.Decision:
-        """Return u_i; the error is the largest |g_ij − g*_ij|, without unit."""
+        """Return u_i; bearings have no error in m."""
         if observation.place is None:
             return fw.Decision()
-        command, worst = np.zeros(3), 0.0
+        command = np.zeros(3)
         for one in observation.neighbours:
             g, wanted = np.array(one.bearing), self.wanted(observation.place, one.number, observation.t)
             command += g - wanted if self.gains.anchored else g * (g @ wanted) - wanted
-            worst = max(worst, size(g - wanted))
-        return fw.Decision(self.gains.gain * command, error=worst)
+        return fw.Decision(self.gains.gain * command)
 
     def wanted(self, place: fw.Place, j: int, t: float) -> Array:
         """Return g*_ij."""
-        line = np.array(self.gains.leader_places.get(j, (0.0, 0.0, 0.0))) - place.to(j, t)
-        return np.asarray(line / size(line))
+        line: Array = np.subtract(self.gains.leader_places.get(j, (0.0, 0.0, 0.0)), place.to(j, t))
+        return line / size(line)
 
 
 class Manoeuvre(Bearing):
     """The law 5c for one follower."""
 
     information = fw.Information(
-        neighbours=fw.Sense.POSITION | fw.Sense.VELOCITY, output=fw.Output.ACCELERATION, message=Acceleration,
-        leaders=(2, 64), directed=False,
-    )  # fmt: skip
+        STATE, output=fw.Output.ACCELERATION, message=Acceleration, leaders=(2, 9), directed=False
+    )
+    lead = staticmethod(flown_acceleration)
 
     def step(self, observation: fw.Observation) -> fw.Decision:
         """Return u_i; the error is |K_i^-1 sum P(g*_ij) (p_i − p_j)|."""
@@ -76,14 +75,8 @@ class Manoeuvre(Bearing):
         command, apart, total = np.zeros(3), np.zeros(3), np.zeros((3, 3))
         for one in observation.neighbours:
             g, line = self.wanted(observation.place, one.number, observation.t), np.array(one.position)
-            ahead = np.array(sent.get(one.number, (0.0, 0.0, 0.0)))
-            across = np.eye(3) - np.outer(g, g)
+            across, ahead = np.eye(3) - np.outer(g, g), np.array(sent.get(one.number, (0.0, 0.0, 0.0)))
             command += across @ (ahead + self.gains.kp * line + self.gains.kv * np.array(one.velocity))
             apart, total = apart + across @ line, total + across
         command, apart = np.linalg.pinv(total) @ command, np.linalg.pinv(total) @ apart
         return fw.Decision(command, Acceleration(vector(command)), size(apart))
-
-    @staticmethod
-    def lead(t: float, motion: fw.LeaderMotion) -> Acceleration:
-        """Return the message of a leader."""
-        return Acceleration(motion.acceleration)

@@ -13,11 +13,10 @@ Behind a leader of velocity v the k-th of a chain of weights 1 lags by its numbe
 
 from __future__ import annotations
 
-import numpy as np
 from flockwire_core import law as fw
 
 from flockwire_laws import checks
-from flockwire_laws.relative import apart, size
+from flockwire_laws.relative import apart, size, weighted
 
 
 class Gains(fw.Parameters):
@@ -41,8 +40,5 @@ class Consensus:
         place, t = observation.place, observation.t
         if place is None:
             return fw.Decision()
-        pull, total = np.zeros(3), 0.0
-        for one in observation.neighbours:
-            pull += one.weight * apart(place, one, t)
-            total += one.weight
+        pull, total = weighted(observation.neighbours, lambda one: apart(place, one, t))
         return fw.Decision(place.rate(t) + self._gain * pull, error=size(pull) / total if total else None)

@@ -20,7 +20,7 @@ import numpy as np
 from flockwire_core import law as fw
 
 from flockwire_laws import checks
-from flockwire_laws.relative import Array, Velocity, size, vector
+from flockwire_laws.relative import Array, Velocity, flown_velocity, size, vector, weighted
 
 
 class Gains(fw.Parameters):
@@ -44,11 +44,9 @@ class AtRest:
         """Return u_i; the error is |delta_i| / sum_j w_ij."""
         if observation.place is None or not observation.neighbours:
             return fw.Decision()
-        delta, total = np.zeros(3), 0.0
-        for one in observation.neighbours:
-            delta, total = delta - one.weight * np.array(one.position), total + one.weight
-        ahead, message = self.ahead(observation, delta, total)
-        return fw.Decision(ahead - self.gains.gain * delta, message, size(delta) / total)
+        pull, total = weighted(observation.neighbours, lambda one: one.position)
+        ahead, message = self.ahead(observation, -pull, total)
+        return fw.Decision(ahead + self.gains.gain * pull, message, size(pull) / total)
 
     def ahead(self, observation: fw.Observation, delta: Array, total: float) -> tuple[Array, Velocity | None]:
         """Return what is added to −k delta_i, m/s, and what is sent."""
@@ -60,14 +58,14 @@ class Sliding(AtRest):
 
     def ahead(self, observation: fw.Observation, delta: Array, total: float) -> tuple[Array, Velocity | None]:
         """Return −beta sgn(delta_i), its size cut off where one step of it would cross 0."""
-        beta = self.gains.beta
-        return -np.clip(delta / (total * observation.dt), -beta, beta), None
+        return -np.clip(delta / (total * observation.dt), -self.gains.beta, self.gains.beta), None
 
 
 class Containment(AtRest):
     """The law 8c for one follower."""
 
     information = fw.Information(neighbours=fw.Sense.POSITION, message=Velocity, leaders=(2, 64))
+    lead = staticmethod(flown_velocity)
 
     def __init__(self, settings: fw.LawSettings) -> None:
         super().__init__(settings)
@@ -75,14 +73,8 @@ class Containment(AtRest):
 
     def ahead(self, observation: fw.Observation, delta: Array, total: float) -> tuple[Array, Velocity | None]:
         """Return y_i after a step: a = sum_j w_ij y_j / sum_j w_ij,  y <- a + sgn(y − a) max(|y − a| − beta dt, 0)."""
-        heard = observation.heard
+        y, heard = weighted(observation.heard, lambda one: one.content.velocity)
         if heard:
-            mean = sum(one.weight * np.array(one.content.velocity) for one in heard) / sum(one.weight for one in heard)
-            error = self._y - mean
+            mean, error = y / heard, self._y - y / heard
             self._y = mean + np.sign(error) * np.maximum(np.abs(error) - self.gains.beta * observation.dt, 0.0)
         return self._y, Velocity(vector(self._y))
-
-    @staticmethod
-    def lead(t: float, motion: fw.LeaderMotion) -> Velocity:
-        """Return the message of a leader."""
-        return Velocity(motion.velocity)

@@ -14,16 +14,15 @@ goal, else 1e3, S = 10, R = 1; with a collision Q = 1000, S = 100. A plan is of 
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 from flockwire_core import law as fw
 
-from flockwire_laws.dmpc_program import REACH, TIMES, H, K, solve
-from flockwire_laws.relative import Array, size
+from flockwire_laws.dmpc_program import REACH, TIMES, Plan, sample, shifted, solve
+from flockwire_laws.relative import STATE, size
 
 DEADLINE = 0.1  # s
-STATE = fw.Sense.POSITION | fw.Sense.VELOCITY
 P = tuple[float, float]
 
 
@@ -31,14 +30,6 @@ class Predicted(NamedTuple):
     """p[1..K], m, from the stamp on."""
 
     points: tuple[P, P, P, P, P, P, P, P, P, P, P, P, P, P, P]
-
-
-class Plan(NamedTuple):
-    """From `start` (Unix ns) on: a[0..K−1], m/s^2, and p[1..K], m, each (K, 2)."""
-
-    start: int
-    accelerations: Array
-    positions: Array
 
 
 class Constants(fw.Parameters):
@@ -67,9 +58,8 @@ class Dmpc:
         error = size(np.subtract(place.offset(observation.t), observation.position)[:2])
         if plan is None:
             return fw.Decision(error=error)
-        points = (
-            Predicted(cast("Any", tuple(map(tuple, plan.positions.tolist())))) if plan.start != self._sent else None
-        )
+        rows: Any = tuple(map(tuple, plan.positions.tolist()))
+        points = Predicted(rows) if plan.start != self._sent else None
         self._sent = plan.start
         return fw.Decision((*sample(plan, observation.now), 0.0), points, error, stamp=plan.start if points else 0)
 
@@ -88,15 +78,3 @@ class Dmpc:
         goal = np.array(place.offset(observation.t))[:2]
         accelerations = solve(self._constants.a_max, self._constants.r_min, free, goal, a, own, others)
         return Plan(start, accelerations, free + REACH @ accelerations)
-
-
-def sample(plan: Plan, now: int) -> Array:
-    """Return a at `now`; after the last it is 0."""
-    k = int((now - plan.start) / fw.SECOND // H)
-    return np.asarray(plan.accelerations[max(k, 0)] if k < K else np.zeros(2))
-
-
-def shifted(points: Array, start: int, to: int) -> Array:
-    """Return the points p[1..K] of a plan that starts `to` instead, the last one held."""
-    at = (to - start) / fw.SECOND + TIMES
-    return np.column_stack([np.interp(at, TIMES, points[:, axis]) for axis in (0, 1)])

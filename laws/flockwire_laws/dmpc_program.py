@@ -1,8 +1,11 @@
-"""The quadratic program of a plan of `law = "dmpc"`, in the plane."""
+"""A plan of `law = "dmpc"`, and its quadratic program, in the plane."""
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
+from flockwire_core.law import SECOND
 
 from flockwire_laws.quadratic import minimise
 from flockwire_laws.relative import Array, size
@@ -11,6 +14,26 @@ K, H = 15, 0.2  # points of a plan, s between two
 TIMES = H * np.arange(1, K + 1)
 REACH = np.array([[H * H * (k - m + 0.5) if m <= k else 0.0 for m in range(K)] for k in range(K)])
 CHANGE = np.eye(K) - np.eye(K, k=-1)
+
+
+class Plan(NamedTuple):
+    """From `start` (Unix ns) on: a[0..K−1], m/s^2, and p[1..K], m, each (K, 2)."""
+
+    start: int
+    accelerations: Array
+    positions: Array
+
+
+def sample(plan: Plan, now: int) -> Array:
+    """Return a at `now`; after the last it is 0."""
+    k = int((now - plan.start) / SECOND // H)
+    return np.asarray(plan.accelerations[max(k, 0)] if k < K else np.zeros(2))
+
+
+def shifted(points: Array, start: int, to: int) -> Array:
+    """Return the points p[1..K] of a plan that starts `to` instead, the last one held."""
+    at = (to - start) / SECOND + TIMES
+    return np.column_stack([np.interp(at, TIMES, points[:, axis]) for axis in (0, 1)])
 
 
 def solve(

@@ -21,7 +21,7 @@ import numpy as np
 from flockwire_core import law as fw
 
 from flockwire_laws import checks
-from flockwire_laws.relative import Array, apart, size, vector
+from flockwire_laws.relative import Array, apart, size, vector, weighted
 
 
 class Sent(NamedTuple):
@@ -60,16 +60,13 @@ class EventTriggered:
         x = q if self._x is None else self._x  # what others know in this step: so each pair cancels
         event = self._x is None or size(x - q) > self.threshold(observation, place)
         self._x = q if event else x
-        total = sum(one.weight for one in observation.heard)
-        pull = sum((one.weight * (np.array(one.content.x) - x) for one in observation.heard), np.zeros(3))
-        return fw.Decision(
-            place.rate(t) + pull, Sent(vector(q)) if event else None, size(pull) / total if total else None
-        )
+        pull, total = weighted(observation.heard, lambda one: one.content.x - x)
+        message, error = Sent(vector(q)) if event else None, size(pull) / total if total else None
+        return fw.Decision(place.rate(t) + pull, message, error)
 
     def threshold(self, observation: fw.Observation, place: fw.Place) -> float:
         """Return the |x_i − q_i|, m, above which it sends."""
-        c = self.thresholds
-        return c.c0 + c.c1 * float(np.exp(-c.alpha * observation.t))
+        return self.thresholds.c0 + self.thresholds.c1 * float(np.exp(-self.thresholds.alpha * observation.t))
 
 
 class StateTriggered(EventTriggered):
@@ -79,6 +76,5 @@ class StateTriggered(EventTriggered):
 
     def threshold(self, observation: fw.Observation, place: fw.Place) -> float:
         """Return sqrt(sigma) |sum_j w_ij (q_i − q_j)| / (2 n_i): that of a = 1/(2 n_i)."""
-        total = sum(one.weight for one in observation.neighbours)
-        pull = sum((one.weight * apart(place, one, observation.t) for one in observation.neighbours), np.zeros(3))
+        pull, total = weighted(observation.neighbours, lambda one: apart(place, one, observation.t))
         return float(self.thresholds.sigma**0.5) * size(pull) / (2.0 * total) if total else 0.0

@@ -21,9 +21,7 @@ import numpy as np
 from flockwire_core import law as fw
 
 from flockwire_laws import checks
-from flockwire_laws.relative import size
-
-STATE = fw.Sense.POSITION | fw.Sense.VELOCITY
+from flockwire_laws.relative import STATE, size
 
 
 class Gains(fw.Parameters):

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
-from flockwire_core.law import Place, Seen
+from flockwire_core.law import Heard, LeaderMotion, Place, Seen, Sense
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+STATE = Sense.POSITION | Sense.VELOCITY
 STEP = 2e-3  # s, of the central differences: an error of about 1e-6 times the fourth derivative
 
 
@@ -22,6 +24,24 @@ class Velocity(NamedTuple):
     """Likewise, m/s."""
 
     velocity: tuple[float, float, float]
+
+
+def flown_acceleration(t: float, motion: LeaderMotion) -> Acceleration:
+    """Return a leader's message: what it flies."""
+    return Acceleration(motion.acceleration)
+
+
+def flown_velocity(t: float, motion: LeaderMotion) -> Velocity:
+    """Return a leader's message: what it flies."""
+    return Velocity(motion.velocity)
+
+
+def weighted(ones: Sequence[Seen] | Sequence[Heard], of: Callable[[Any], Any]) -> tuple[Array, float]:
+    """Return sum_j w_ij of(j), shape (3,), and sum_j w_ij."""
+    total = np.zeros(3)
+    for one in ones:
+        total += one.weight * np.asarray(of(one))
+    return total, sum(one.weight for one in ones)
 
 
 def vector(array: Array) -> tuple[float, float, float]:

@@ -23,9 +23,7 @@ import numpy as np
 from flockwire_core import law as fw
 
 from flockwire_laws import checks
-from flockwire_laws.relative import Acceleration, derivatives, size, vector
-
-STATE = fw.Sense.POSITION | fw.Sense.VELOCITY
+from flockwire_laws.relative import STATE, Acceleration, derivatives, flown_acceleration, size, vector
 
 
 class Gains(fw.Parameters):
@@ -42,6 +40,7 @@ class SecondOrder:
     information = fw.Information(neighbours=STATE, output=fw.Output.ACCELERATION, message=Acceleration, leaders=(1, 1))
     Parameters = Gains
     check = classmethod(checks.second_order)
+    lead = staticmethod(flown_acceleration)
 
     def __init__(self, settings: fw.LawSettings) -> None:
         self._gains = Gains.of(settings.parameters)
@@ -63,11 +62,6 @@ class SecondOrder:
         command = pull / total if fed and total else pull
         message = Acceleration(vector(command)) if fed else None
         return fw.Decision(command, message, size(apart) / total if total else None)
-
-    @staticmethod
-    def lead(t: float, motion: fw.LeaderMotion) -> Acceleration:
-        """Return the message of the leader."""
-        return Acceleration(motion.acceleration)
 
 
 class Relative(SecondOrder):

@@ -17,15 +17,11 @@ correlation 0.92, speed 3.83 m/s of 4). The airframe's lag belongs to the law: f
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 from flockwire_core import law as fw
 
-from flockwire_laws.relative import Array, size
-
-STATE = fw.Sense.POSITION | fw.Sense.VELOCITY
-Point = tuple[float, float]
+from flockwire_laws.arena import Point, braking, walls
+from flockwire_laws.relative import STATE, size
 
 
 class Constants(fw.Parameters):
@@ -74,25 +70,9 @@ class Vasarhelyi:
             if v > allowed:
                 command += gain * (v - allowed) * change / v
         r, speed, p, a = c.shill
-        for distance, normal in self._walls(observation):
+        for distance, normal in walls(c.arena, observation):
             change = q * speed * normal - own
             allowed, v = braking(distance - s * r, q * q / s * a, q / s * p), size(change)
             if v > allowed:
                 command += (v - allowed) * change / v
         return fw.Decision(command * min(1.0, q * c.v_max / max(size(command), 1e-9)))
-
-    def _walls(self, observation: fw.Observation) -> Iterator[tuple[float, Array]]:
-        """Yield the distance (m) and the normal of each wall and each obstacle."""
-        for axis, (low, high) in enumerate(zip(*self._constants.arena, strict=True) if self._constants.arena else ()):
-            x, normal = np.array(observation.position)[axis], np.eye(3)[axis]
-            yield from ((x - low, normal), (high - x, -normal))
-        for body in observation.bodies:
-            if body.kind is not fw.BodyKind.DRONE and (distance := size(np.array(body.relative_position))):
-                yield distance - body.radius, -np.array(body.relative_position) / distance
-
-
-def braking(r: float, a: float, p: float) -> float:
-    """Return D(r, a, p), m/s: the speed at `r` m from a stop, with the acceleration a (m/s^2) and the gain p (1/s)."""
-    if r <= 0.0:
-        return 0.0
-    return r * p if r * p < a / p else float(np.sqrt(2.0 * a * r - a * a / p / p))

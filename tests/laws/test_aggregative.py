@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 from flockwire_core.law import Heard, Observation
-from flockwire_laws.aggregative import Aggregative, Tracker
+from flockwire_laws.aggregative import Aggregative
+from flockwire_laws.aggregative_task import Tracker
 from law_flights import Flight, both, graph, place, settings
 
 RING = both([(i % 6 + 1, (i + 1) % 6 + 1) for i in range(6)], 1 / 3)

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 from flockwire_core.law import Observation, Sense
-from flockwire_laws.barrier import Barrier, FirstOrder
+from flockwire_laws.barrier import Barrier
+from flockwire_laws.barrier_first_order import FirstOrder
 from flockwire_laws.quadratic import minimise
 from hypothesis import given
 from hypothesis import settings as tries

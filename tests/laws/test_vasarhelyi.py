@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 from flockwire_core.law import Observation, Sense
-from flockwire_laws.vasarhelyi import Vasarhelyi, braking
+from flockwire_laws.arena import braking
+from flockwire_laws.vasarhelyi import Vasarhelyi
 from hypothesis import given
 from hypothesis import settings as tries
 from hypothesis import strategies as st
