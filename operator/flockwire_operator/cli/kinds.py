@@ -6,12 +6,10 @@ The standard library's argparse reads their arguments: a drone's host has no oth
 from __future__ import annotations
 
 import os
-import sys
 from argparse import SUPPRESS, ArgumentParser, ArgumentTypeError, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -42,17 +40,6 @@ class _Help(RawDescriptionHelpFormatter):
         super().add_usage(usage, actions, groups, prefix or "Usage: ")
 
 
-def _width() -> int:
-    """Return the width of help texts, as argparse finds it with shutil, which takes 0.5 MB of each process."""
-    given = os.environ.get("COLUMNS", "")
-    if given.isdecimal() and int(given):
-        return int(given) - 2
-    try:
-        return (os.get_terminal_size(sys.__stdout__.fileno()).columns or 80) - 2  # type: ignore[union-attr]
-    except (AttributeError, ValueError, OSError):  # no output, a closed one, or no terminal
-        return 80 - 2
-
-
 def run(kind: str, arguments: Sequence[str]) -> int:
     """Run one process of that kind to its end; returns its exit status. Raises SystemExit for bad arguments."""
     row = KINDS[kind]
@@ -63,10 +50,7 @@ def run(kind: str, arguments: Sequence[str]) -> int:
 
 def parser_of(row: Process) -> ArgumentParser:
     """Return the argument parser of one kind of process."""
-    formatter = partial(_Help, width=_width())
-    parser = ArgumentParser(
-        f"flockwire {row.kind}", description=row.help, formatter_class=formatter, allow_abbrev=False
-    )
+    parser = ArgumentParser(f"flockwire {row.kind}", description=row.help, formatter_class=_Help, allow_abbrev=False)
     parser.set_defaults(id=None, out=Path(), dated=False, protocol=None, trace=None, faults=None, took_off=None)
     parser.add_argument("swarm", metavar="SWARM", type=Path, help="The swarm file (TOML).")
     if row.numbered or row.pilot:
