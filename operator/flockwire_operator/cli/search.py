@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import AbstractContextManager
 from pathlib import Path
 
 from flockwire_core.loading import parse_swarm
@@ -19,10 +18,10 @@ from flockwire_lab.search.writing import read_case, write_case, write_search
 from flockwire_lab.study import workers as study_workers
 from flockwire_lab.study.file import StudyError, load_study
 from flockwire_lab.study.ledger import Ledger, is_of
-from flockwire_lab.study.variation import rehearse, swarm_table
-from flockwire_lab.study.workers import Workers, cluster, local
+from flockwire_lab.study.variation import Table, rehearse, swarm_table
+from flockwire_lab.study.workers import Workers
 
-from flockwire_operator.cli.study import shown, write_coverage
+from flockwire_operator.cli.study import naming, place, shown, write_coverage
 
 
 def search(
@@ -49,21 +48,24 @@ def search(
     plan = load_study(file, options, SearchPlan)
     if not (plan.random or plan.starts or plan.graph):
         plan = load_study(file, usual_space(table, checked, plan.mode) | options, SearchPlan)
-    try:
+    with naming(file or swarm):
         rehearse(plan, table)
         space = Space(plan, table, checked)
-    except StudyError as error:
-        raise StudyError("\n".join(f"{file or swarm}: {line}" for line in str(error).split("\n"))) from None
-    if earlier is not None and plan.method != "search":
-        raise StudyError(f"--corpus = {earlier}: method = {plan.method!r} has none; remove one of them")
-    known = corpus.read(earlier, space.size) if earlier is not None else Corpus()
-    if earlier is not None and not is_of(earlier, plan, table):
-        print(f"flockwire: --corpus = {earlier}: is of another swarm file, so its flights may change", file=sys.stderr)
-    place: AbstractContextManager[Workers] = cluster(scheduler) if scheduler else local(jobs)
-    with place as workers, Ledger(out, plan, table, Entry) as ledger:
+    known = Corpus() if earlier is None else _read_corpus(earlier, plan, table, space)
+    with place(jobs, scheduler) as workers, Ledger(out, plan, table, Entry) as ledger:
         stopped = _fly(plan, space, ledger, workers, first, known.asked)
         entries = {entry.number: entry for entry in ledger.results if entry.number < plan.runs}
     return _conclude(space, entries, out, stopped, Again.of(known, entries.values()))
+
+
+def _read_corpus(folder: Path, plan: SearchPlan, table: Table, space: Space) -> Corpus:
+    """Return the flights that an earlier search kept in `folder`. Raises StudyError."""
+    if plan.method != "search":
+        raise StudyError(f"--corpus = {folder}: method = {plan.method!r} has none; remove one of them")
+    known = corpus.read(folder, space.size)
+    if not is_of(folder, plan, table):
+        print(f"flockwire: --corpus = {folder}: is of another swarm file, so its flights may change", file=sys.stderr)
+    return known
 
 
 def replay(swarm: Path, faults: Path, seed: int | None, duration: float | None, mode: str) -> int:

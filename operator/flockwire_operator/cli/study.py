@@ -53,12 +53,9 @@ def study(
     table = swarm_table(swarm)
     checked = parse_swarm(table, str(swarm))
     plan = load_study(file, options, Study)
-    try:
+    with naming(file or swarm):
         rehearse(plan, table)
-    except StudyError as error:
-        raise StudyError("\n".join(f"{file or swarm}: {line}" for line in str(error).split("\n"))) from None
-    place: AbstractContextManager[Workers] = cluster(scheduler) if scheduler else local(jobs)
-    with place as workers, Ledger(out, plan, table, Result) as ledger:
+    with place(jobs, scheduler) as workers, Ledger(out, plan, table, Result) as ledger:
         if plan.runs > 1 and plan.equal_runs(checked):
             print(f"flockwire: warning: runs = {plan.runs}: {NO_CHANCE}", file=sys.stderr)
         stopped = _fly(plan, table, ledger, workers)
@@ -69,6 +66,20 @@ def study(
         _print(findings, out)
         write_coverage((result.events for result in ledger.results), out)
     return _verdict(findings, stopped)
+
+
+@contextmanager
+def naming(file: Path) -> Iterator[None]:
+    """Put the name of `file` before each line of a StudyError."""
+    try:
+        yield
+    except StudyError as error:
+        raise StudyError("\n".join(f"{file}: {line}" for line in str(error).split("\n"))) from None
+
+
+def place(jobs: int, scheduler: str) -> AbstractContextManager[Workers]:
+    """Return the workers: those of the Dask cluster at the address `scheduler`, or else `jobs` processes."""
+    return cluster(scheduler) if scheduler else local(jobs)
 
 
 def write_coverage(flights: Iterable[Mapping[str, int]], out: Path) -> None:

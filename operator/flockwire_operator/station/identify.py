@@ -24,7 +24,7 @@ from flockwire_operator.station.excitation import Axis, ExcitationCore, Excitati
 from flockwire_operator.station.host import Host, PortInUseError, busy_endpoint
 from flockwire_operator.station.identification import AxisFit, StepResponse, combined
 from flockwire_operator.station.processes import Children
-from flockwire_operator.station.terminal.interrupts import interrupts
+from flockwire_operator.station.terminal.interrupts import Interrupts, interrupts
 
 POLL = 0.1  # s
 TIME_KNOWN = 10.0  # s
@@ -60,22 +60,25 @@ async def excite(
                 status = status_publisher(plan, pilot, session, Refusals(pilot), swarm_clock.timekeeping)
                 shell = Shell(core, plan, pilot, session, swarm_clock, status, None)
                 shell.start()
-                told = ""
-                while core.stage is not ExcitationStage.DONE:
-                    await asyncio.sleep(POLL)
-                    report = core.report(clock.now())
-                    if (state := f"{report.phase}: {report.detail}") != told:
-                        told = state
-                        print(f"flockwire: {uav(number)}: {told}", flush=True)
-                    if interrupted.count or children.died():
-                        core.failure = core.failure or children.died()
-                        core.retire(clock.now())
-                    if interrupted.count > 1:
-                        break
+                await _watch(core, uav(number), children, interrupted)
                 shell.stop()
         finally:
             await children.end(interrupted)
     return core
+
+
+async def _watch(core: ExcitationCore, name: str, children: Children, interrupted: Interrupts) -> None:
+    """Print the stages of the drone `name` until the last or a second interrupt; a first one, or a death, lands it."""
+    told = ""
+    while core.stage is not ExcitationStage.DONE and interrupted.count <= 1:
+        await asyncio.sleep(POLL)
+        report = core.report(clock.now())
+        if (state := f"{report.phase}: {report.detail}") != told:
+            told = state
+            print(f"flockwire: {name}: {told}", flush=True)
+        if interrupted.count or children.died():
+            core.failure = core.failure or children.died()
+            core.retire(clock.now())
 
 
 async def begun(

@@ -295,7 +295,7 @@ def test_who_restarts_the_airframes_as_the_station_is_lost_has_ended_the_world()
 
 def flown_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fly in this process: starting another takes longer than the flights."""
-    monkeypatch.setattr(searches, "local", nullcontext)
+    monkeypatch.setattr(searches, "place", lambda jobs, _: nullcontext(jobs))
     monkeypatch.setattr(searches.study_workers, "conduct", lambda tasks, _, fly: map(fly, tasks))
 
 
