@@ -129,19 +129,12 @@ def _times(factor: float, value: Value) -> Value:
 
 def as_text(groups: Sequence[Group], rows: Sequence[Row]) -> Iterator[str]:
     """Yield the lines of a table: a column for each group, and one for each difference to the first."""
-    compared = any(difference is not None for row in rows for difference in row.differences)
-    heads = [group.name for group in groups]
-    heads += [f"{group.name} - {groups[0].name}" for group in groups[1:]] if compared else []
-    lines = []
-    for row in rows:
-        unit = f", {row.quantity.unit}" if row.quantity.unit else ""
-        cells = [_mean(mean) for mean in row.means]
-        cells += [_difference(one) for one in row.differences] if compared else []
-        lines.append((row.quantity.name + unit, cells))
-    widths = [max(WIDTH, len(head) + 2, *(len(cells[k]) + 2 for _, cells in lines)) for k, head in enumerate(heads)]
-    yield f"{'':<32}" + "".join(f"{head:>{width}}" for head, width in zip(heads, widths, strict=True))
-    for name, cells in lines:
-        yield f"{name:<32}" + "".join(f"{cell:>{width}}" for cell, width in zip(cells, widths, strict=True))
+    names, cells = _columns(groups, rows)
+    units = [f", {row.quantity.unit}" if row.quantity.unit else "" for row in rows]
+    columns = [[" - ".join(of), *column] for of, column in zip(names, zip(*cells, strict=True), strict=True)]
+    columns = [[f"{cell:>{max(WIDTH, 2 + max(map(len, column)))}}" for cell in column] for column in columns]
+    heads = ["", *(row.quantity.name + unit for row, unit in zip(rows, units, strict=True))]
+    yield from (f"{head:<32}" + "".join(line) for head, *line in zip(heads, *columns, strict=True))
 
 
 def as_csv(groups: Sequence[Group], rows: Sequence[Row]) -> str:
@@ -153,26 +146,31 @@ def as_csv(groups: Sequence[Group], rows: Sequence[Row]) -> str:
     writer.writerow(["quantity", "unit", *head])
     for row in rows:
         cells: list[object] = [row.quantity.name, row.quantity.unit]
-        for mean in row.means:
-            cells += [0, "", "", ""] if mean is None else [mean.flights, mean.mean, mean.low, mean.high]
-        for one in row.differences:
-            cells += [0, "", "", "", ""] if one is None else [one.pairs, one.mean, one.low, one.high, one.p]
-        writer.writerow("" if cell is None else cell for cell in cells)
+        for found in (*row.means, *row.differences):  # the number of flights, or pairs, is first
+            cells += [0, *[None] * 3] if found is None else [found[-1], *found[:-1]]
+        writer.writerow(cells)
     return written.getvalue()
 
 
 def as_latex(groups: Sequence[Group], rows: Sequence[Row]) -> str:
     """Return the table as LaTeX's tabular, for a paper; needs the package booktabs."""
-    compared = len(groups) > 1 and any(one is not None for row in rows for one in row.differences)
-    heads = ["", *(_escaped(group.name) for group in groups)]
-    heads += [f"{_escaped(group.name)} $-$ {_escaped(groups[0].name)}" for group in groups[1:]] if compared else []
-    lines = [f"\\begin{{tabular}}{{l{'r' * (len(heads) - 1)}}}", "\\toprule", " & ".join(heads) + " \\\\", "\\midrule"]
-    for row in rows:
+    names, cells = _columns(groups, rows)
+    heads = ["", *(" $-$ ".join(map(_escaped, of)) for of in names)]
+    lines = [f"\\begin{{tabular}}{{l{'r' * len(names)}}}", "\\toprule", " & ".join(heads) + " \\\\", "\\midrule"]
+    for row, line in zip(rows, cells, strict=True):
         unit = f" [{row.quantity.unit}]" if row.quantity.unit else ""
-        cells = [row.quantity.name + unit, *(_mean(mean) for mean in row.means)]
-        cells += [_difference(one) for one in row.differences] if compared else []
-        lines.append(" & ".join(_NEGATIVE.sub("$-$", cell) for cell in cells) + " \\\\")
+        lines.append(" & ".join(_NEGATIVE.sub("$-$", cell) for cell in (row.quantity.name + unit, *line)) + " \\\\")
     return "\n".join([*lines, "\\bottomrule", "\\end{tabular}"]) + "\n"
+
+
+def _columns(groups: Sequence[Group], rows: Sequence[Row]) -> tuple[list[tuple[str, ...]], list[list[str]]]:
+    """Return of each column the group, or the two whose difference it has; and of each row the cells."""
+    names: list[tuple[str, ...]] = [(group.name,) for group in groups]
+    cells = [[_mean(mean) for mean in row.means] for row in rows]
+    if any(difference is not None for row in rows for difference in row.differences):
+        names += [(group.name, groups[0].name) for group in groups[1:]]
+        cells = [line + [_difference(one) for one in row.differences] for line, row in zip(cells, rows, strict=True)]
+    return names, cells
 
 
 def _mean(mean: Mean | None) -> str:
