@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from struct import error as StructError  # noqa: N812
 from typing import NamedTuple
@@ -117,34 +117,42 @@ class OwnNames:
 
 def read_poses(path: Path, swarm: Swarm) -> list[RecordedPose]:
     """Return all poses of a recording in the order of their time; raises OSError if there are none."""
-    from mcap.exceptions import McapError  # noqa: PLC0415  (no other source needs them)
-    from mcap.reader import NonSeekingReader  # noqa: PLC0415
+    from mcap.exceptions import McapError  # noqa: PLC0415  (no other source needs it)
 
     table = swarm.gateway.replay
     names = BodyNames(table, swarm) if table.foreign else OwnNames(swarm)
-    found, times, others = list[RecordedPose](), Times(), dict[str, None]()
-    with path.open("rb") as file:
-        try:
-            for schema, channel, record in NonSeekingReader(file, validate_crcs=True).iter_messages(
-                log_time_order=False
-            ):
-                kind = schema.name if schema is not None else ""
-                if kind in SIGHTINGS and not names.matches(channel.topic, kind):
-                    others[channel.topic] = None
-                elif kind in SIGHTINGS:
-                    for name, one in names.of(channel.topic, kind, read_sightings(kind, record.data)):
-                        if is_pose(one.position, one.orientation):
-                            at = times.of(channel.topic, one.stamp, record.log_time)
-                            found.append(RecordedPose(at, name, one.position, one.orientation))
-        except (McapError, MessageError, LengthError, StructError) as error:  # cut off: what was read is served
-            if not found:
-                raise OSError(f"{path}: has no poses that can be read: {error}") from error
+    found, others = list[RecordedPose](), dict[str, None]()
+    try:
+        found.extend(_poses_in(path, names, others))  # keeps what it has at an error
+    except (McapError, MessageError, LengthError, StructError) as error:  # cut off: what was read is served
+        if not found:
+            raise OSError(f"{path}: has no poses that can be read: {error}") from error
     if not found:
         wanted = table.array or table.topic or "/SWARM/uavN/pose"
         there = f"; poses are on {_several(others)}: set gateway.replay.topic or array" if others else ""
         raise OSError(f"{path}: has no poses on {wanted}{there}")
     first = min(pose.elapsed for pose in found)
     return sorted([pose._replace(elapsed=pose.elapsed - first) for pose in found], key=lambda pose: pose[:2])
+
+
+def _poses_in(path: Path, names: BodyNames | OwnNames, others: dict[str, None]) -> Iterator[RecordedPose]:
+    """Yield the poses on the topics that match `names`, as they come; add the topics of all others to `others`."""
+    from mcap.reader import NonSeekingReader  # noqa: PLC0415  (no other source needs it)
+
+    times = Times()
+    with path.open("rb") as file:
+        reader = NonSeekingReader(file, validate_crcs=True)
+        for schema, channel, record in reader.iter_messages(log_time_order=False):
+            kind = schema.name if schema is not None else ""
+            if kind not in SIGHTINGS:
+                continue
+            if not names.matches(channel.topic, kind):
+                others[channel.topic] = None
+                continue
+            for name, one in names.of(channel.topic, kind, read_sightings(kind, record.data)):
+                if is_pose(one.position, one.orientation):
+                    at = times.of(channel.topic, one.stamp, record.log_time)
+                    yield RecordedPose(at, name, one.position, one.orientation)
 
 
 class Times:

@@ -85,17 +85,21 @@ class Inspection:
             return [trouble or NO_FRAMES]
         there = {row.drone: row for row in rows if row.drone is not None}
         free = ", ".join(repr(row.name) for row in rows if row.drone is None)
-        flying = [(row.position, self._swarm.drone(i).start) for i, row in there.items() if i in self._swarm.flying]
-        places = [(place, start) for place, start in flying if place is not None]
-        other = other_conventions(self._swarm.gateway, places, self._swarm.limits.start_tolerance)
+        seen = f"; free bodies: {free}" if free else ""
         lines = [trouble] if trouble else []
         for i in self._swarm.tracked:
             if i not in there:
-                seen = f"; free bodies: {free}" if free else ""
                 lines.append(f"{uav(i)}: the tracker has no body {self._swarm.body(i)!r}: define it there{seen}")
             else:
                 lines += self._problem(there[i], self._swarm.drone(i).start)
+        other = self._conventions(there)
         return [*lines, other] if other else lines
+
+    def _conventions(self, there: dict[int, BodyFigures]) -> str:
+        """Return by which other conventions of the tracker the flying drones would be at their starts, empty: none."""
+        flying = [(row.position, self._swarm.drone(i).start) for i, row in there.items() if i in self._swarm.flying]
+        places = [(place, start) for place, start in flying if place is not None]
+        return other_conventions(self._swarm.gateway, places, self._swarm.limits.start_tolerance)
 
     def _problem(self, row: BodyFigures, start: Vector) -> list[str]:
         who = f"{uav(row.drone or 0)}: its body {row.name!r}"

@@ -96,11 +96,7 @@ class SimulatedTello:
             self._note(NOT_TEXT.format(*sender))
         asker, earlier = _Asker(sender, text, number, [prefix]), self._numbered
         if number and earlier is not None and (earlier.address, earlier.number, earlier.text) == (sender, number, text):
-            self._commanded_at = now
-            if earlier.reply is not None:
-                self._reply(earlier.reply, asker, now)
-            elif prefix not in earlier.prefixes:
-                earlier.prefixes.append(prefix)
+            self._repeat(earlier, asker, now)
             return
         if text == "command":
             self._enter(sender, now)
@@ -110,6 +106,14 @@ class SimulatedTello:
         if number:
             self._numbered = asker
         self._command(text, asker, now)
+
+    def _repeat(self, earlier: _Asker, asker: _Asker, now: int) -> None:
+        """Answer a numbered command that came before: with its reply, once there is one."""
+        self._commanded_at = now
+        if earlier.reply is not None:
+            self._reply(earlier.reply, asker, now)
+        elif asker.prefixes[0] not in earlier.prefixes:
+            earlier.prefixes += asker.prefixes
 
     def advance(self, now: int) -> None:
         """Advance to `now`."""
