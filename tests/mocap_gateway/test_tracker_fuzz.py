@@ -26,12 +26,12 @@ from flockwire_mocap.natnet.packets import (
     BodyDescription,
     Kind,
     MocapFrame,
-    RigidBody,
     ServerInfo,
     Stamps,
     Version,
 )
 from flockwire_mocap.natnet.session import NatNetSession
+from flockwire_mocap.tracking import ReportedBody
 from flockwire_mocap.vrpn.connection import VrpnConnection
 from flockwire_mocap.vrpn.reports import Reports
 from flockwire_mocap.vrpn.wire import PoseBody, VrpnMessage
@@ -84,7 +84,7 @@ def filled(
 
 def natnet_corpus(version: Version) -> list[bytes]:
     """Return one packet of each kind that a server of that version sends, each section of the frame in use."""
-    bodies = tuple(RigidBody(i, (1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0), 0.001, True) for i in range(4))
+    bodies = tuple(ReportedBody(i, None, (1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0), True) for i in range(4))
     body = pack("<i7ffH", 1, 1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1)
     channels = pack("<iiif", 1, 1, 1, 2.5)
     before = [(1, b"all\0" + pack("<i3f", 1, 1.0, 2.0, 3.0)), (1, pack("<3f", 1.0, 2.0, 3.0))]  # marker sets, others
@@ -95,7 +95,7 @@ def natnet_corpus(version: Version) -> list[bytes]:
         *[(1, channels)] * 2,  # force plates, devices
         *([(1, bytes(32)), (1, bytes(8))] if version >= NEWEST else []),  # IMU, GPIO
     ]
-    stamps = Stamps(0, 0, 12.5, 1000, 1500, 2000, (1, 2))
+    stamps = Stamps(12.5, 1000, 2000)
     info = ServerInfo("Motive", (*version, 0, 0), (*version, 0, 0), 10_000_000, 1511, True, "239.255.42.99")
     return [
         encode_server_info(info),

@@ -22,11 +22,11 @@ from flockwire_mocap.natnet.packets import (
     BodyDescription,
     Kind,
     MocapFrame,
-    RigidBody,
     ServerInfo,
     Stamps,
     Version,
 )
+from flockwire_mocap.tracking import ReportedBody
 
 END = bytes(4)
 RIGID_BODIES = 2  # of the mask of types: 1 << their type
@@ -82,15 +82,16 @@ def encode_frame(frame: MocapFrame, version: Version) -> bytes:
     return encode(Kind.FRAME, pack("<i", frame.number) + sections + suffix + END)
 
 
-def _body(body: RigidBody) -> bytes:
+def _body(body: ReportedBody) -> bytes:
     flags = TRACKING_VALID if body.tracked else 0
-    return RIGID_BODY.pack(body.identity, *body.position, *body.orientation, body.marker_error, flags)
+    return RIGID_BODY.pack(body.identity, *body.position, *body.orientation, 0.0, flags)
 
 
 def _suffix(stamps: Stamps, parameters: int, version: Version) -> bytes:
-    *common, precision = stamps
-    if version >= ADJUSTABLE:  # the vendor's sample clients read them from 4.0 on
-        return PRECISE_SUFFIX.pack(*common, *(precision or (0, 0)), parameters)
+    received = (stamps.mid_exposure + stamps.transmitted) // 2
+    common = (0, 0, stamps.timestamp, stamps.mid_exposure, received, stamps.transmitted)  # without a timecode
+    if version >= ADJUSTABLE:  # the vendor's sample clients read the precision from 4.0 on
+        return PRECISE_SUFFIX.pack(*common, 0, 0, parameters)
     return SUFFIX.pack(*common, parameters)
 
 

@@ -17,11 +17,11 @@ from flockwire_mocap.natnet.packets import (
     SUFFIX,
     TRACKING_VALID,
     MocapFrame,
-    RigidBody,
     Stamps,
     Version,
 )
 from flockwire_mocap.natnet.reader import MalformedError, PacketReader
+from flockwire_mocap.tracking import ReportedBody
 
 MARKER, LABELLED_MARKER = 12, 26  # bytes of x y z; of id, x y z, size, parameters, residual
 SECTION = 8  # bytes of a section's count and size
@@ -36,7 +36,7 @@ def read_frame(reader: PacketReader, version: Version) -> MocapFrame:
     return MocapFrame(number, bodies, stamps, parameters)
 
 
-def _counted_sections(reader: PacketReader) -> tuple[RigidBody, ...]:
+def _counted_sections(reader: PacketReader) -> tuple[ReportedBody, ...]:
     for _ in ("marker sets", "other markers"):
         reader.section()
     bodies = _counted_bodies(*reader.section())
@@ -47,7 +47,7 @@ def _counted_sections(reader: PacketReader) -> tuple[RigidBody, ...]:
     return bodies
 
 
-def _counted_bodies(count: int, section: PacketReader) -> tuple[RigidBody, ...]:
+def _counted_bodies(count: int, section: PacketReader) -> tuple[ReportedBody, ...]:
     """Read bodies of equal size: fields that a later version appends to each are skipped."""
     if not count:
         return ()
@@ -57,7 +57,7 @@ def _counted_bodies(count: int, section: PacketReader) -> tuple[RigidBody, ...]:
     return tuple(_body(section.part(length)) for _ in range(count))
 
 
-def _walked_sections(reader: PacketReader) -> tuple[RigidBody, ...]:
+def _walked_sections(reader: PacketReader) -> tuple[ReportedBody, ...]:
     for _ in range(reader.count(5)):  # marker sets
         reader.text()
         reader.skip_array(MARKER)
@@ -75,14 +75,13 @@ def _walked_sections(reader: PacketReader) -> tuple[RigidBody, ...]:
     return bodies
 
 
-def _body(reader: PacketReader) -> RigidBody:
-    identity, x, y, z, qx, qy, qz, qw, error, parameters = reader.unpack(RIGID_BODY)
-    return RigidBody(identity, (x, y, z), (qx, qy, qz, qw), error, bool(parameters & TRACKING_VALID))
+def _body(reader: PacketReader) -> ReportedBody:
+    identity, x, y, z, qx, qy, qz, qw, _, parameters = reader.unpack(RIGID_BODY)
+    return ReportedBody(identity, None, (x, y, z), (qx, qy, qz, qw), bool(parameters & TRACKING_VALID))
 
 
 def _suffix(reader: PacketReader, version: Version) -> tuple[Stamps, int]:
     """Read the suffix. Sources disagree whether 4.0 has the precision fields: the number of remaining bytes decides."""
     precise = version >= COUNTED or (version >= ADJUSTABLE and reader.remaining >= PRECISE_SUFFIX.size)
-    code, sub, timestamp, exposed, received, sent, *rest = reader.unpack(PRECISE_SUFFIX if precise else SUFFIX)
-    precision = (rest[0], rest[1]) if precise else None
-    return Stamps(code, sub, timestamp, exposed, received, sent, precision), rest[-1]
+    _, _, timestamp, exposed, _, sent, *_, parameters = reader.unpack(PRECISE_SUFFIX if precise else SUFFIX)
+    return Stamps(timestamp, exposed, sent), parameters

@@ -10,8 +10,7 @@ from enum import IntEnum
 from struct import Struct
 from typing import NamedTuple
 
-from flockwire_core.domain.quaternion import Quaternion
-from flockwire_core.domain.vector import Vector
+from flockwire_mocap.tracking import ReportedBody
 
 Version = tuple[int, int]
 
@@ -83,36 +82,19 @@ class ModelDefinition(NamedTuple):
     complete: bool
 
 
-class RigidBody(NamedTuple):
-    """A rigid body's pose in a frame: position, orientation x y z w, mean marker error (m), whether it is tracked."""
-
-    identity: int
-    position: Vector
-    orientation: Quaternion
-    marker_error: float
-    tracked: bool
-
-
 class Stamps(NamedTuple):
-    """A frame's times: SMPTE timecode, s since the stream began, and three ticks (0: not known).
+    """A frame's times: s since the stream began, and ticks (0: not known)."""
 
-    `precision` is (s, fraction), from 4.1 on; None before.
-    """
-
-    timecode: int
-    timecode_subframe: int
     timestamp: float
     mid_exposure: int
-    received: int
     transmitted: int
-    precision: tuple[int, int] | None
 
 
 class MocapFrame(NamedTuple):
-    """The rigid bodies and stamps of a frame of motion capture data."""
+    """The rigid bodies, which have no names yet, and the stamps of a frame of motion capture data."""
 
     number: int
-    bodies: tuple[RigidBody, ...]
+    bodies: tuple[ReportedBody, ...]
     stamps: Stamps
     parameters: int
 

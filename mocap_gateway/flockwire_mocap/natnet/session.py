@@ -19,7 +19,6 @@ from flockwire_mocap.natnet.packets import (
     Packet,
     Rejected,
     Response,
-    RigidBody,
     ServerInfo,
     Stamps,
     Version,
@@ -183,7 +182,8 @@ class NatNetSession:
         known = self.names
         return any(body.identity not in known for body in frame.bodies) or not self._bodies.issubset(known.values())
 
-    def _body(self, body: RigidBody) -> ReportedBody:
+    def _body(self, body: ReportedBody) -> ReportedBody:
+        """Return `body` with its name, untracked if its pose is none."""
         tracked = body.tracked
         if tracked and not is_pose(body.position, body.orientation):
             self.counts["poses rejected"] += 1

@@ -10,18 +10,18 @@ from flockwire_mocap.natnet.packets import (
     Other,
     Rejected,
     Response,
-    RigidBody,
     ServerInfo,
     Stamps,
 )
 from flockwire_mocap.natnet.parsing import parse
+from flockwire_mocap.tracking import ReportedBody
 
 # id 7, (1, 2, -0.5), quaternion (0, 0, 0, 1), error 0.25, parameters 1; and id 8, not tracked
 BODY_7 = bytes.fromhex("07000000 0000803f 00000040 000000bf 00000000 00000000 00000000 0000803f 0000803e 0100")
 BODY_8 = bytes.fromhex("08000000 00000000 00000000 00000000 00000000 00000000 00000000 00000000 00000000 0000")
 BODIES = (
-    RigidBody(7, (1.0, 2.0, -0.5), (0.0, 0.0, 0.0, 1.0), 0.25, tracked=True),
-    RigidBody(8, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0), 0.0, tracked=False),
+    ReportedBody(7, None, (1.0, 2.0, -0.5), (0.0, 0.0, 0.0, 1.0), tracked=True),
+    ReportedBody(8, None, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0), tracked=False),
 )
 MARKER = pack("<3f", 1, 2, 3)
 MARKER_SETS = b"all\0" + pack("<i", 2) + MARKER * 2 + b"Drone 1\0" + pack("<i", 0)
@@ -38,7 +38,7 @@ SUFFIX = bytes.fromhex(
 )
 PRECISION = bytes.fromhex("0a000000 14000000")
 PARAMETERS, END = bytes.fromhex("0200"), bytes(4)
-STAMPS = Stamps(1, 2, 12.5, 1000, 1500, 2000, None)
+STAMPS = Stamps(12.5, 1000, 2000)
 
 
 def packet(kind, body):
@@ -67,13 +67,13 @@ def test_a_frame_without_byte_counts(version):
 
 @pytest.mark.parametrize("version", [(4, 1), (4, 2), (4, 4)])
 def test_a_frame_with_byte_counts(version):
-    assert parse(frame(version), version) == MocapFrame(4242, BODIES, STAMPS._replace(precision=(10, 20)), 2)
+    assert parse(frame(version), version) == MocapFrame(4242, BODIES, STAMPS, 2)
 
 
 @pytest.mark.parametrize("version", [(4, 5), (4, 6), (5, 0)])
 @pytest.mark.parametrize("more", [[(0, b""), (0, b"")], [(2, bytes(90)), (1, bytes(3))], [(1, bytes(9))] * 5])
 def test_sections_before_the_suffix_that_are_not_known_are_passed_over(version, more):
-    assert parse(frame(version, more=more), version) == MocapFrame(4242, BODIES, STAMPS._replace(precision=(10, 20)), 2)
+    assert parse(frame(version, more=more), version) == MocapFrame(4242, BODIES, STAMPS, 2)
 
 
 @pytest.mark.parametrize("version", [(3, 0), (4, 0), (4, 1), (4, 5)])
@@ -82,9 +82,7 @@ def test_the_end_marker_is_not_needed(version):
 
 
 def test_4_0_may_have_the_precision_words():
-    assert parse(frame((4, 0), precision=True), (4, 0)) == MocapFrame(
-        4242, BODIES, STAMPS._replace(precision=(10, 20)), 2
-    )
+    assert parse(frame((4, 0), precision=True), (4, 0)) == MocapFrame(4242, BODIES, STAMPS, 2)
 
 
 def test_fields_that_a_later_version_appends_to_each_body_are_passed_over():
@@ -92,7 +90,7 @@ def test_fields_that_a_later_version_appends_to_each_body_are_passed_over():
     parts = [(0, b""), (0, b""), (2, longer), *[(0, b"")] * 5]
     data = pack("<i", 1) + b"".join(section(*each, True) for each in parts)
     read = parse(packet(7, data + SUFFIX + PRECISION + PARAMETERS + END), (4, 2))
-    assert read == MocapFrame(1, BODIES, STAMPS._replace(precision=(10, 20)), 2)
+    assert read == MocapFrame(1, BODIES, STAMPS, 2)
 
 
 def test_bodies_that_do_not_share_their_section_evenly_are_rejected():

@@ -38,8 +38,8 @@ def test_each_client_gets_the_bitstream_that_it_asked_for():
     assert parse(twin.receive(encode_command("Bitstream,3.0"), BOB, 0), None) == Response(None, 0)
     assert parse(twin.receive(encode_command("Bitstream"), BOB, 0), None) == Response("Bitstream,3.0", None)
     (new, _), (old, _) = twin.datagrams(FRAME, 0)
-    assert parse(new, (4, 1)).stamps.precision == (0, 0)
-    assert parse(old, (3, 0)) == parse(new, (4, 1))._replace(stamps=parse(old, (3, 0)).stamps)
+    assert len(new) > len(old)
+    assert parse(old, (3, 0)) == parse(new, (4, 1))
 
 
 def long_greeting(*version):

@@ -19,7 +19,6 @@ from flockwire_mocap.natnet.packets import (
     Kind,
     MocapFrame,
     RemoteCommand,
-    RigidBody,
     ServerInfo,
     Stamps,
     Version,
@@ -145,10 +144,6 @@ class NatNetTwin:
 
 
 def _mocap_frame(frame: TrackerFrame) -> MocapFrame:
-    """Return the frame in NatNet's terms: its stamps in ticks, the data received halfway, all bodies, lost ones too."""
+    """Return the frame in NatNet's terms: its stamps in ticks, all bodies, lost ones too."""
     captured, transmitted = (stamp * FREQUENCY // SECOND for stamp in (frame.captured, frame.transmitted))
-    stamps = Stamps(0, 0, frame.captured / SECOND, captured, (captured + transmitted) // 2, transmitted, None)
-    bodies = tuple(
-        RigidBody(body.identity, body.position, body.orientation, 0.0, body.tracked) for body in frame.bodies
-    )
-    return MocapFrame(frame.number, bodies, stamps, 0)
+    return MocapFrame(frame.number, frame.bodies, Stamps(frame.captured / SECOND, captured, transmitted), 0)
