@@ -20,7 +20,7 @@ from flockwire_recorder.trace import count_lost, publication_time
 from flockwire_analysis.columns import Columns
 from flockwire_analysis.observed import Observed, Shown, append_change, keep, observed, shown
 from flockwire_analysis.recorded import Held, ProcessRecord, StateChange, Trace, is_repeated
-from flockwire_analysis.series import Movers, Signal, movers_of, series_of, signals_of
+from flockwire_analysis.series import Samples, movers_of, series_of, signals_of
 
 DAY = 86_400 * SECOND  # ns
 FOREVER = 1 << 62  # ns
@@ -172,13 +172,13 @@ class Collector:
             self._signals(),
         )  # fmt: skip
 
-    def _movers(self) -> dict[int, Movers]:
+    def _movers(self) -> dict[int, Samples]:
         """Return what each drone sensed of moving bodies."""
         sensed = {i: self._columns.get(Key("nearby", uav(i))) for i in self.plan.swarm.flying}
         movers = {i: movers_of(one) for i, one in sensed.items() if one is not None}
         return {i: one for i, one in movers.items() if len(one.stamps)}
 
-    def _signals(self) -> dict[int, dict[str, Signal]]:
+    def _signals(self) -> dict[int, dict[str, Samples]]:
         """Return what the laws recorded."""
         recorded = {i: self._columns.get(Key("signals", uav(i))) for i in self.plan.swarm.followers}
         return {i: signals_of(one) for i, one in recorded.items() if one is not None}

@@ -45,9 +45,9 @@ def _placed(trace: Trace, number: int, stamps: Integers) -> Iterator[tuple[int, 
     seen = trace.movers[number]
     steps = np.searchsorted(stamps, seen.stamps)
     newest = seen.stamps[np.searchsorted(steps, steps, side="right") - 1]
-    positions = interpolated(trace.positions(number), seen.stamps) + seen.bodies[:, :3]
+    positions = interpolated(trace.positions(number), seen.stamps) + seen.values[:, :3]
     shown = (steps < len(stamps)) & (seen.stamps == newest) & np.isfinite(positions).all(axis=1)
-    rows = zip(steps[shown].tolist(), positions[shown].tolist(), seen.bodies[shown].tolist(), strict=True)
+    rows = zip(steps[shown].tolist(), positions[shown].tolist(), seen.values[shown].tolist(), strict=True)
     for index, (x, y, z), (_, _, above, radius) in rows:
         yield index, MovingBody(x, y, radius, z if above < -BELOW else None)
 

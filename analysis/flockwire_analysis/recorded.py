@@ -15,7 +15,7 @@ from flockwire_core.wire.status import Status
 
 from flockwire_analysis.columns import Columns
 from flockwire_analysis.observed import Observed, Shown
-from flockwire_analysis.series import Movers, Series, Signal, series_of
+from flockwire_analysis.series import Samples, Series, series_of
 
 
 def is_repeated(kind: str) -> bool:
@@ -72,7 +72,7 @@ class Trace:
     plan: Plan
     metadata: dict[str, str]
     series: dict[Key, Series]
-    movers: dict[int, Movers]
+    movers: dict[int, Samples]
     missions: tuple[Mission, ...]
     orders: tuple[Mission, ...]
     stops: tuple[Stop, ...]
@@ -91,7 +91,7 @@ class Trace:
     closed: bool
     lost_bytes: int
     held: dict[int, tuple[Held, ...]] = field(default_factory=dict)
-    signals: dict[int, dict[str, Signal]] = field(default_factory=dict)
+    signals: dict[int, dict[str, Samples]] = field(default_factory=dict)
 
     @property
     def swarm(self) -> Swarm:

@@ -23,7 +23,7 @@ from flockwire_analysis.moving_bodies import MovingBody, moving_bodies
 from flockwire_analysis.observed import Shown
 from flockwire_analysis.recorded import Trace, is_virtual
 from flockwire_analysis.sampled import Sampled, sampled, worst_moments
-from flockwire_analysis.series import Floats, Signal
+from flockwire_analysis.series import Floats, Samples
 from flockwire_analysis.view import FOLDER, filled, outline, scripts, style
 
 MOST = 1_200_000  # numbers in a page, about six characters each
@@ -140,7 +140,7 @@ def _millimetres(values: Floats) -> list[list[int | None]]:
     ]
 
 
-def _thinned(signal: Signal) -> tuple[list[int], list[float]]:
+def _thinned(signal: Samples) -> tuple[list[int], list[float]]:
     """Return stamps and values of at most MOST_OF_SIGNAL or so samples of a law's signal."""
     every = 1 + len(signal.stamps) // MOST_OF_SIGNAL
     return signal.stamps[::every].tolist(), signal.values[::every].tolist()

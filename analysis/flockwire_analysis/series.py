@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from array import array
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,41 +41,32 @@ class Series:
         return len(self.stamps)
 
 
-@dataclass(frozen=True, slots=True)
-class Movers:
-    """Moving bodies that are not drones as one drone sensed them, in the order of their stamps.
+class Samples(NamedTuple):
+    """Values at `stamps` (Unix ns, ascending), a row for each.
 
-    `stamps` (Unix ns, shape n) of the drone's pose, and `bodies` (m, shape n x 4): place relative to the drone, radius.
+    Of moving bodies that are not drones as one drone sensed them, m, shape n x 4: place relative to the drone at the
+    stamp of its pose, and radius. Of a number that a law recorded: shape n.
     """
-
-    stamps: Integers
-    bodies: Floats
-
-
-@dataclass(frozen=True, slots=True)
-class Signal:
-    """One number that a law recorded: `stamps` (Unix ns, ascending) and `values`."""
 
     stamps: Integers
     values: Floats
 
 
-def movers_of(columns: Columns) -> Movers:
+def movers_of(columns: Columns) -> Samples:
     """Return the moving bodies in the added messages."""
-    stamps = np.array(columns.sensed_at, np.int64)
-    bodies = np.array(columns.sensed, np.float64).reshape(len(stamps), 4).clip(-NOWHERE, NOWHERE)
+    bodies = np.array(columns.sensed, np.float64).reshape(-1, 4).clip(-NOWHERE, NOWHERE)
+    return _in_order(columns.sensed_at, bodies)
+
+
+def signals_of(columns: Columns) -> dict[str, Samples]:
+    """Return the numbers in the added messages, by name."""
+    return {name: _in_order(times, np.array(values)) for name, (times, values) in sorted(columns.signals.items())}
+
+
+def _in_order(times: array[int], values: Floats) -> Samples:
+    stamps = np.array(times, np.int64)
     order = np.argsort(stamps, kind="stable")
-    return Movers(stamps[order], bodies[order])
-
-
-def signals_of(columns: Columns) -> dict[str, Signal]:
-    """Return the numbers in the added messages, by name, in the order of their stamps."""
-    found = {}
-    for name, (times, values) in sorted(columns.signals.items()):
-        stamps = np.array(times, np.int64)
-        order = np.argsort(stamps, kind="stable")
-        found[name] = Signal(stamps[order], np.array(values, np.float64)[order])
-    return found
+    return Samples(stamps[order], values[order])
 
 
 def series_of(columns: Columns) -> Series:

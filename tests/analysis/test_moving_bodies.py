@@ -90,7 +90,7 @@ def test_messages_to_a_drone_give_its_moving_bodies_alone_by_stamp():
     columns.add(Nearby(7, "world", (Body(BodyKind.DRONE, (0.5, 0.0, 0.0), 0.0), person)), 8, 9, 1)
     movers = movers_of(columns)
     assert movers.stamps.tolist() == [7, 8]
-    assert movers.bodies.tolist() == [[1.0, 0.0, 0.0, 0.4], [-NOWHERE, 0.0, 0.0, NOWHERE]]
+    assert movers.values.tolist() == [[1.0, 0.0, 0.0, 0.4], [-NOWHERE, 0.0, 0.0, NOWHERE]]
     assert series_of(columns).values[0].tolist() == [pytest.approx(0.6)]
 
 
