@@ -7,6 +7,8 @@ y is the airframe's stopping point. The safety filter around the law, not a pote
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from flockwire_core.compiling import mypyc_attr
 from flockwire_core.control.airframe.first_order_lag import lead, stopping_reference
 from flockwire_core.control.around.bent_place import BentPlace
@@ -18,7 +20,7 @@ from flockwire_core.control.observer import relay_step
 from flockwire_core.domain.motion import LeaderMotion, Motion
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
-from flockwire_core.law import RELAYING, Decision, Heard, LawSettings, Observation, Place, leader_of
+from flockwire_core.law import RELAYING, Decision, Heard, Information, LawSettings, Observation, Place, leader_of
 
 SIDE_SWITCH_TIME = 3.0  # s without progress after which a drone changes the side; each drone adds its own share
 
@@ -27,7 +29,7 @@ SIDE_SWITCH_TIME = 3.0  # s without progress after which a drone changes the sid
 class ExtendedLaw:
     """The extended law for one follower."""
 
-    information = RELAYING
+    information: ClassVar[Information] = RELAYING  # compiled, any other is an attribute of instances
 
     def __init__(self, settings: LawSettings) -> None:
         self._gain, self._speed = settings.protocol.formation_gain, settings.speed

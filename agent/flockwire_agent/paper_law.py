@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import ClassVar
 
 from flockwire_core.compiling import mypyc_attr
 from flockwire_core.control.observer import ObserverParameters, explicit_step, implicit_step, rate_estimate
@@ -11,7 +12,7 @@ from flockwire_core.control.protocol import control_input
 from flockwire_core.domain.motion import LeaderMotion
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector
-from flockwire_core.law import RELAYING, Decision, LawSettings, Observation, leader_of
+from flockwire_core.law import RELAYING, Decision, Information, LawSettings, Observation, leader_of
 
 ObserverStep = Callable[[Vector, Sequence[tuple[float, Vector]], ObserverParameters, float], Sequence[float]]
 
@@ -20,7 +21,7 @@ ObserverStep = Callable[[Vector, Sequence[tuple[float, Vector]], ObserverParamet
 class PaperLaw:
     """(8) and (9) for one follower; `observe` is a step of another observer, with the arguments of `implicit_step`."""
 
-    information = RELAYING
+    information: ClassVar[Information] = RELAYING  # compiled, any other is an attribute of instances
 
     def __init__(self, settings: LawSettings, observe: ObserverStep | None = None) -> None:
         self._settings = settings
