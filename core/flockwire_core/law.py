@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from enum import Enum, IntFlag
 from math import inf
+from types import MappingProxyType
 from typing import Any, Final, NamedTuple, Protocol
 
 from flockwire_core.compiling import mypyc_attr
@@ -55,6 +56,7 @@ class LawSettings(NamedTuple):
     potentials: PotentialParameters  # of (9)
     sidestep: SidestepParameters  # round drones that are in the way (law "extended")
     detour: DetourParameters  # round bodies, and within the room (law "extended")
+    neighbours: Mapping[int, float] = MappingProxyType({})  # w_ij of its in-neighbours, by number
 
 
 class Sense(IntFlag):

@@ -124,6 +124,7 @@ def law_settings(swarm: Swarm, number: int) -> LawSettings:
         potentials=potential_parameters(swarm),
         sidestep=sidestep_parameters(swarm),
         detour=detour_parameters(swarm, number),
+        neighbours=swarm.topology.neighbours(number),
     )
 
 

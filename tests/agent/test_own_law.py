@@ -214,8 +214,8 @@ def test_a_law_without_a_model_takes_no_parameters(make_swarm: Callable[..., Swa
 
 
 def test_parameters_reach_the_law(documented_law: str, make_swarm: Callable[..., Swarm]) -> None:
-    given = {"control.law": documented_law, "control.parameters.gain": 2}
-    for changes, gain in ((given, 2.0), ({"control.law": documented_law}, 3.0)):
+    given = {"control.law": documented_law, "control.parameters.gain": 5}
+    for changes, gain in ((given, 5.0), ({"control.law": documented_law}, 2.0)):
         law = make_law(documented_law, law_settings(make_swarm(changes), 1))
         assert vars(law)["gain"] == gain
 
