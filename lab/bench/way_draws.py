@@ -1,4 +1,4 @@
-"""Flights in which something is in the way, drawn by family and number, for tests/lab/test_around.py."""
+"""Flights in which something is in the way, drawn by family and number, for ways.py."""
 
 from __future__ import annotations
 
@@ -7,11 +7,14 @@ from dataclasses import dataclass, field
 from math import cos, dist, hypot, pi, sin, sqrt
 from random import Random
 
+from flockwire_core.control.formation import Grid
 from settling import AREA, SPACING, TELLO, Table, merged
 
 Point = tuple[float, float]
 
 KEPT = 0.33  # m from an obstacle's surface: the default safety distance and margin
+FIRST = 3.0  # s of the formation from which places pass obstacles
+LAST = 36.0  # s from take-off
 LEADER_ROOM = 0.7  # m from the leader's path to an obstacle's surface: its detours are test_leader_path.py's
 
 
@@ -125,8 +128,27 @@ def corridor(number: int, airframe: Table) -> Flight:
     return _exchange(starts, right + left, found, airframe)
 
 
+def circling(number: int, airframe: Table) -> Flight:
+    """Nine in a grid behind a leader that circles, three obstacles that places pass at first."""
+
+    def position(t: float) -> Point:
+        return (2.0 * sin(0.12 * t), 2.0 - 2.0 * cos(0.12 * t))
+
+    return _passed(f"circling {number}", 3, 12.0, _circle(2.0, 0.12), position, airframe)
+
+
+def straight(number: int, airframe: Table) -> Flight:
+    """Nine in a grid behind a leader on a line, two such obstacles."""
+    return _passed(f"straight {number}", 2, 16.0, _straight(0.3), lambda t: (0.3 * t, 0.0), airframe)
+
+
+def free(number: int, airframe: Table) -> Flight:
+    """Nine in a grid behind a leader on a line, no obstacles: only the others are in the way."""
+    return _passed(f"free {number}", 0, 0.0, _straight(0.2), lambda t: (0.2 * t, 0.0), airframe)
+
+
 FAMILIES: dict[str, Callable[[int, Table], Flight]] = {
-    family.__name__: family for family in (issue, obstacles, crossing, person, swap, corridor)
+    family.__name__: family for family in (issue, obstacles, crossing, person, swap, corridor, circling, straight, free)
 }
 
 
@@ -178,6 +200,28 @@ def _obstructed(
         "limits": {"fence": {"min": [-12.0, -12.0, -0.5], "max": [20.0, 12.0, 3.0]}},
     }
     return Flight(merged(table, airframe), duration)
+
+
+def _passed(
+    seed: str, count: int, last: float, path: Path, position: Callable[[float], Point], airframe: Table
+) -> Flight:
+    """Return a flight of a grid of nine, whose places pass `count` obstacles from FIRST to `last` s, none later."""
+    chance, found, grid = Random(seed), list[tuple[Point, float]](), Grid(8, 0.9, 3, 0.0)
+    offsets = [grid.offset(rank, 0.0) for rank in range(8)]
+    places = [
+        (0.1 * k, [(at[0] + x, at[1] + y) for x, y, _ in offsets])
+        for k in range(round(10.0 * LAST))
+        for at in (position(0.1 * k),)
+    ]
+    while len(found) < count:
+        center, radius = (chance.uniform(-3.0, 4.0), chance.uniform(-3.0, 3.0)), chance.uniform(0.15, 0.4)
+        gap = min((dist(center, other) - r - radius for other, r in found), default=9.0)
+        passing = [t for t, now in places if any(dist(center, p) < radius + KEPT for p in now)]
+        near = [t for t, now in places if any(dist(center, p) < radius + KEPT + 0.1 for p in now)]
+        passed = bool(passing) and near[0] > FIRST and near[-1] < last
+        if gap > 0.1 and passed and path[1](center) > radius + LEADER_ROOM:
+            found.append((center, radius))
+    return _obstructed(chance, 8, {"kind": "grid"}, found, path, merged(TELLO, airframe), LAST)
 
 
 def _exchange(starts: list[Point], places: list[Point], found: list[tuple[Point, float]], airframe: Table) -> Flight:

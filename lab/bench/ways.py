@@ -1,0 +1,260 @@
+"""Do drones get round what is in their way? Families of drawn flights (way_draws.py), judged by their bars.
+
+    python lab/bench/ways.py [--flights 40] [--family NAME ...] [--jobs 2] [--ideal]
+
+A row has a family's good flights, the median, 90 % and worst of its time, s, the smallest distances, m, and the share
+of the formation's steps in which the safety filter changed the commands of followers by more than CHANGED. The time is
+that of the last arrival (exchanges, grids), that off a place (crossing) or off a free place (person, obstacles).
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import combinations
+from math import dist, hypot, inf
+from typing import Any, cast
+
+from flockwire_core.control.barrier import nearest_on_segment
+from flockwire_core.domain.airframe import Command
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.pose import Pose
+from flockwire_core.domain.time import SECOND
+from flockwire_core.domain.vector import Vector, add
+from flockwire_core.loading import parse_swarm
+from flockwire_core.swarm.laws import BUILT_IN
+from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.wire.plan import Plan
+from flockwire_lab.faults.file import parse_faults
+from flockwire_lab.process import Published
+from flockwire_lab.world import World
+from law_noted import WANTED
+from settling import IDEAL, TELLO, merged
+from way_draws import FAMILIES, KEPT, Flight
+
+OFF = 0.1  # m from its place from which on a follower is off it
+EVERY = 5  # instants of 10 ms between two looks at the places
+STAYED = 1.0  # s at its place after which a follower has arrived: a leader that jumps to its speed leaves it behind
+SOON = 15.0  # s off its place, at most, since the last thing was in the way
+BACK = 5.0  # s off a free place, behind a person
+SLACK, GRACE = 1.5, 3.0  # times the shortest detour and the forbidden time, and s more: bars of crossings
+DETOUR_TOLERANCE = 0.05  # m
+SETTLED = 20.0  # s: bar of the grids
+CHANGED = 0.01  # m/s
+SLOWER = 2.5  # times the free way's time: bar of exchanges
+
+
+@dataclass
+class Result:
+    """One flight: smallest distances and largest deviation in m, times in s."""
+
+    drones: float = inf
+    obstacles: float = inf
+    person: float = inf
+    deviation: float = 0.0  # since each follower arrived at its place
+    off: float = 0.0  # s off the place since then, of the worst follower
+    away: float = 0.0
+    late: float = 0.0
+    settled: float = inf  # s until all were at their places for the first time and stayed to the end
+    stuck: int = 0  # followers off a place at the end that had been free for SOON
+    steps: int = 0  # of the followers in formation
+    changed: int = 0  # of these, by the filter
+    why: list[str] = field(default_factory=list)
+
+
+GRIDS = ("circling", "straight", "free")
+
+
+class Watch:
+    """Measures a flight from the true positions."""
+
+    def __init__(self, swarm: Swarm, flight: Flight, result: Result) -> None:
+        self._swarm, self._flight, self._result = swarm, flight, result
+        self._formation, self._virtual = swarm.build_formation(), swarm.leader.kind == "virtual"
+        self._start = self._end = self._began = self._judged_from = 0
+        self._stamp, self._looked = 0, 0
+        self._places: dict[str, Vector] = {}
+        self._leader: Vector = swarm.leader.start or (0.0, 0.0, 0.0)
+        self._stayed = dict.fromkeys(swarm.followers, 0.0)  # s at its place, until it has arrived
+        self._off = dict.fromkeys(swarm.followers, 0.0)  # s off its place since it arrived
+        self._away = dict.fromkeys(swarm.followers, 0.0)  # s off it while it was not forbidden, until now
+        self._late = dict.fromkeys(swarm.followers, 0.0)  # s of these since something was in the way
+        self._settled = 0.0
+
+    def take(self, published: Published) -> None:
+        """Receive one message."""
+        kind, owner = published.key
+        if kind == "command" and self._start and owner != "uav0":
+            self._compare(owner, cast(Command, published.message))
+        if kind not in ("truth", "mission") and not (self._virtual and kind == "pose" and owner == "uav0"):
+            return
+        message: Any = published.message
+        if isinstance(message, Mission):
+            self._began = self._began or published.at
+            self._judged_from = self._began + round(min((f["at"] for f in self._flight.faults), default=0.0) * SECOND)
+            self._start = message.start if message.verb == "start" else self._start
+            self._end = self._end or (message.stamp if message.verb == "land" else 0)
+        elif isinstance(message, Pose):
+            if owner == "uav0":
+                self._leader = message.position
+            if kind == "truth":
+                if message.stamp != self._stamp:
+                    self._look()
+                    self._stamp = message.stamp
+                self._places[owner] = message.position
+
+    def _compare(self, owner: str, command: Command) -> None:
+        wanted = WANTED.get(owner)
+        if wanted is not None and self._start <= self._stamp and not self._end:
+            self._result.steps += 1
+            self._result.changed += dist(wanted, command.velocity) > CHANGED
+
+    def done(self) -> None:
+        """Judge the end of the flight."""
+        result = self._result
+        result.off = max(self._off.values())
+        result.settled = self._settled
+        result.stuck = sum(1 for away in self._away.values() if away > SOON)
+
+    def _look(self) -> None:
+        if not self._start or self._stamp < self._start or (self._end and self._stamp > self._end):
+            return
+        result, places, now = self._result, self._places, self._stamp
+        result.drones = min([result.drones, *(dist(a, b) for a, b in combinations(places.values(), 2))])
+        for x, y, _ in places.values():
+            gaps = [hypot(x - o.center[0], y - o.center[1]) - o.radius for o in self._swarm.obstacles]
+            result.obstacles = min([result.obstacles, *gaps])
+            for (px, py), radius in self._persons():
+                result.person = min(result.person, hypot(x - px, y - py) - radius)
+        self._looked += 1
+        if self._looked % EVERY == 0:
+            for rank, i in enumerate(self._swarm.followers):
+                place = add(self._leader, self._formation.offset(rank, (now - self._start) / SECOND))
+                self._judge(i, place)
+
+    def _judge(self, i: int, place: Vector) -> None:
+        error = dist(self._places[uav(i)], place)
+        result, dt, off = self._result, EVERY * 0.01, error > OFF
+        if off:
+            self._settled = (self._stamp - self._start) / SECOND
+        if self._stayed[i] < STAYED:
+            self._stayed[i] = 0.0 if off else self._stayed[i] + dt
+        else:
+            result.deviation = max(result.deviation, error)
+            self._off[i] += dt if off else 0.0
+        counts = off and not self._in_the_way(place, place, ()) and self._stamp > self._judged_from
+        self._away[i] = self._away[i] + dt if counts else 0.0
+        others = (self._places[uav(j)] for j in self._swarm.flying if j != i)
+        free = counts and not self._in_the_way(self._places[uav(i)], place, others)
+        self._late[i] = self._late[i] + dt if free else 0.0
+        result.away, result.late = max(result.away, self._away[i]), max(result.late, self._late[i])
+
+    def _persons(self) -> Iterator[tuple[tuple[float, float], float]]:
+        t = (self._stamp - self._began) / SECOND
+        for fault in self._flight.faults:
+            since = t - fault["at"]
+            if 0.0 <= since <= fault["duration"]:
+                (x, y, _), (vx, vy, _) = fault["start"], fault["velocity"]
+                yield (x + since * vx, y + since * vy), self._swarm.gateway.person_radius
+
+    def _in_the_way(self, begin: Vector, end: Vector, drones: Iterable[Vector]) -> bool:
+        """Return whether an obstacle, a person or one of `drones` is too near to the line from `begin` to `end`."""
+        discs = [*(((o.center[0], o.center[1]), o.radius) for o in self._swarm.obstacles), *self._persons()]
+        kept = [(center, radius + KEPT) for center, radius in discs]
+        kept += [((x, y), self._swarm.avoidance.safe.drone) for x, y, _ in drones]
+        return any(
+            hypot(*nearest_on_segment((begin[0] - x, begin[1] - y, 0.0), (end[0] - x, end[1] - y, 0.0))) < distance
+            for (x, y), distance in kept
+        )
+
+
+def fly(family: str, number: int, airframe: dict[str, Any]) -> Result:
+    """Fly one flight and judge it by the bars of its family."""
+    flight, result = FAMILIES[family](number, airframe), Result()
+    WANTED.clear()
+    swarm = parse_swarm(merged(flight.table, {"control": {"law": "extended"}}), family)
+    watch = Watch(swarm, flight, result)
+    faults = parse_faults({"faults": flight.faults}, Plan(swarm), "bench") if flight.faults else ()
+    outcome = World(swarm, number, flight.duration, faults, watch.take).run()
+    watch.done()
+    result.why = [outcome.failure] if outcome.failure else []
+    safe = swarm.avoidance.safe
+    bars = [
+        ("drones", result.drones, safe.drone, False),
+        ("obstacles", result.obstacles, safe.obstacle, False),
+        *_bars(family, flight, result, swarm.limits.speed),
+    ]
+    result.why += [
+        f"{name} {value:.3f} (bar {bar:.3f})"
+        for name, value, bar, most in bars
+        if (value > bar if most else value < bar)
+    ]
+    return result
+
+
+def _bars(family: str, flight: Flight, result: Result, speed: float) -> Iterator[tuple[str, float, float, bool]]:
+    """Yield name, value and bar of what a family must meet besides its distances, and whether the bar is the most."""
+    if family in GRIDS:
+        yield "settled", result.settled, SETTLED, True
+    elif family in ("swap", "corridor"):
+        yield "settled", result.settled, SLOWER * (flight.way / (0.8 * speed) + 1.5), True
+    elif family == "crossing":
+        yield "deviation", result.deviation, SLACK * flight.detour + DETOUR_TOLERANCE, True
+        yield "off", result.off, SLACK * flight.forbidden + GRACE, True
+    elif family == "person":
+        yield "person", result.person, 0.3, False
+        yield "away", result.away, BACK, True
+    else:
+        yield "late", result.late, SOON, True
+        yield "stuck", float(result.stuck), 0.0, True
+
+
+def time_of(family: str, result: Result) -> float:
+    """Return the time, s, that is shown for a flight of `family`."""
+    if family in ("swap", "corridor", *GRIDS):
+        return result.settled
+    return {"crossing": result.off, "person": result.away}.get(family, result.late)
+
+
+def flown(airframe: dict[str, Any], case: tuple[str, int]) -> Result:
+    """Fly flight (family, number) with the law that notes its velocities."""
+    BUILT_IN["extended"] = "law_noted:Noted"
+    return fly(*case, airframe)
+
+
+def main() -> int:
+    """Print the table; returns the exit status."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--flights", type=int, default=40)
+    parser.add_argument("--family", choices=FAMILIES, nargs="*", default=list(FAMILIES))
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--ideal", action="store_true")
+    args = parser.parse_args()
+    numbers, bad = range(args.flights), 0
+    print(
+        "| family | good | median, 90 %, worst, s | drones, m | obstacles, m | persons, m | filter, % |\n|" + 7 * "---|"
+    )
+    with ProcessPoolExecutor(args.jobs) as pool:
+        for family in args.family:
+            one = partial(flown, IDEAL if args.ideal else TELLO)
+            found = list(pool.map(one, [(family, number) for number in numbers]))
+            times = sorted(time_of(family, result) for result in found)
+            shown = ", ".join(f"{times[min(int(share * len(times)), len(times) - 1)]:.1f}" for share in (0.5, 0.9, 1.0))
+            worst = [min(getattr(r, name) for r in found) for name in ("drones", "obstacles", "person")]
+            distances = " | ".join(f"{value:.3f}" if value < inf else "" for value in worst)
+            share = 100.0 * sum(r.changed for r in found) / max(sum(r.steps for r in found), 1)
+            good = sum(not r.why for r in found)
+            print(f"| {family} | {good} of {len(found)} | {shown} | {distances} | {share:.1f} |", flush=True)
+            for number, result in zip(numbers, found, strict=True):
+                if result.why:
+                    print(f"{family} {number}: {'; '.join(result.why)}", file=sys.stderr, flush=True)
+            bad += len(found) - good
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
