@@ -97,9 +97,9 @@ def up(
 ) -> None:
     """Start all processes of this host, fly, land, report."""
     from flockwire_operator.cli.verdict import conclude  # noqa: PLC0415
+    from flockwire_operator.station.conduct import fly  # noqa: PLC0415
     from flockwire_operator.station.fault_injection import refusal  # noqa: PLC0415
     from flockwire_operator.station.host import Host  # noqa: PLC0415
-    from flockwire_operator.station.up import fly  # noqa: PLC0415
 
     refuse_endless(duration)
     plan = load(swarm)
@@ -136,14 +136,14 @@ def conduct(
     from flockwire_recorder.parts import newest_folder, newest_size  # noqa: PLC0415
 
     from flockwire_operator.cli.verdict import conclude, verdict  # noqa: PLC0415
-    from flockwire_operator.station.conduct import conduct as fly  # noqa: PLC0415
+    from flockwire_operator.station import conduct as conducting  # noqa: PLC0415
 
     refuse_endless(duration)
     plan = load(swarm)
     warn_of(plan.swarm)
     before = newest_size(out) if out is not None else None
     with refused(), unblocked():
-        failure = asyncio.run(fly(plan, keys_folder(swarm, plan, keys), duration, out, headless))
+        failure = asyncio.run(conducting.conduct(plan, keys_folder(swarm, plan, keys), duration, out, headless))
     folder = newest_folder(out) if out is not None and newest_size(out) != before else None
     if folder is None:
         raise typer.Exit(verdict(filter(None, (failure, NO_TRACE.format(out=out) if out is not None else ""))))

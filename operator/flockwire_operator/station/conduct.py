@@ -1,4 +1,8 @@
-"""A flight conducted at a terminal; `flockwire conduct`: of processes that were started separately."""
+"""A flight conducted at a terminal: `flockwire up`, of all processes of this host, `conduct`, of running ones.
+
+The recorder's host conducts the flight; other hosts serve until they must end. If this station is gone, pilots land,
+and their processes end when the drones are down.
+"""
 
 from __future__ import annotations
 
@@ -11,12 +15,14 @@ from flockwire_core.ground.director import Stage
 from flockwire_core.ground.fleet import unrecorded
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import OPERATOR
+from flockwire_lab.faults.kinds import Fault
+from flockwire_lab.relay.links import Relays
 
 from flockwire_operator.station.connecting import UNANSWERED, connected
 from flockwire_operator.station.fault_injection import FaultInjector
 from flockwire_operator.station.host import Host
 from flockwire_operator.station.operator import Operator
-from flockwire_operator.station.processes import Children
+from flockwire_operator.station.processes import Children, UnansweredError, running
 from flockwire_operator.station.restarts import Restarts
 from flockwire_operator.station.terminal.display import Display
 from flockwire_operator.station.terminal.interrupts import Interrupts, interrupts
@@ -25,6 +31,28 @@ from flockwire_operator.station.terminal.keyboard import Keyboard, keys_pressed
 COMES_BACK = 10 * SECOND  # ns in which a supervisor has started a process again that ended in flight
 LEFT_TO_THEMSELVES = "left before the drones were known to be down: they land by themselves, the recorder ends last"
 LEFT = "left before the drones were known to be down; `flockwire land` lands them"
+
+
+async def fly(
+    host: Host, duration: float, headless: bool, faults: tuple[Fault, ...] = (), without: tuple[int, ...] = ()
+) -> str:
+    """Start the processes of `host` and fly `duration` s without the drones `without`.
+
+    Returns why the flight failed, empty if it did not. Raises PortInUseError and OtherFlightError before any process
+    starts.
+    """
+    with interrupts() as interrupted:
+        try:
+            async with (
+                Relays(faults if host.conducts else (), host.plan) as relays,
+                running(host, interrupted, relays.environments) as (children, operator),
+            ):
+                if host.conducts:
+                    operator.conduct(duration, without)
+                injector = FaultInjector(faults, host, children, relays)
+                return await serve(host, children, operator, injector, interrupted, headless)
+        except UnansweredError as error:
+            return str(error)
 
 
 async def conduct(plan: Plan, keys: Path, duration: float, out: Path | None, headless: bool) -> str:

@@ -9,7 +9,7 @@ from flockwire_operator.cli.kinds import KINDS, parser_of
 
 HEAVY = {
     "flockwire_operator.cli.main",
-    "flockwire_operator.station.up",
+    "flockwire_operator.station.conduct",
     "flockwire_recorder",
     "flockwire_analysis",
     "jinja2",

@@ -118,7 +118,7 @@ def test_an_endpoint_in_use_is_no_folder_that_cannot_be_written(flockwire, tmp_p
     async def fly(*_):
         raise EndpointInUseError("operator cannot listen at 127.0.0.1:7447")
 
-    monkeypatch.setattr("flockwire_operator.station.up.fly", fly)
+    monkeypatch.setattr("flockwire_operator.station.conduct.fly", fly)
     line = refused_after_warnings(flockwire("up", PAPER, "--out", tmp_path / "out", "--keys", tmp_path / "keys"))
     assert line == "flockwire: operator cannot listen at 127.0.0.1:7447"
 
