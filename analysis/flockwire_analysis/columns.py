@@ -14,8 +14,11 @@ from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.signals import Signals
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import ROWS
+from flockwire_core.wire.status import Status
 
-_WIDTHS: Final[dict[type[Message], int]] = {Pose: 3 + 4, Estimate: 6, Command: 3, Telemetry: 4, Nearby: 1}  # columns
+_WIDTHS: Final[dict[type[Message], int]] = {  # columns
+    Pose: 3 + 4, Estimate: 6, Command: 3, Telemetry: 4, Nearby: 1, Status: 1,
+}  # fmt: skip
 
 
 class Columns:
@@ -50,6 +53,8 @@ class Columns:
             case Telemetry():
                 reported = (float(message.state), message.battery, message.height, message.command_age)
                 self.rows += pack(stamp, published, logged, sequence, *reported)
+            case Status():
+                self.rows += pack(stamp, published, logged, sequence, message.report.formation_error)
             case Nearby():
                 movers = [body for body in message.bodies if body.kind is BodyKind.MOVER]
                 for body in movers:

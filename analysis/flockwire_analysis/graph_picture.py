@@ -64,7 +64,7 @@ def _box(points: list[Point]) -> tuple[int, int, int, int]:
 
 def _places(graph: Graph) -> dict[int, Point]:
     columns: dict[int, list[int]] = {}
-    for number, depth in sorted(graph.depths().items()):
+    for number, depth in sorted({**dict.fromkeys(graph.followers, 0), **graph.depths()}.items()):
         columns.setdefault(depth, []).append(number)
     tallest = max(len(column) for column in columns.values())
     return {

@@ -95,7 +95,14 @@ def observation_errors(trace: Trace) -> dict[int, Errors]:
 
 
 def formation_errors(trace: Trace) -> dict[int, Errors]:
-    """Return |x_i - h_i - x_0| of each follower at the stamps of its positions, from the formation's time 0."""
+    """Return |x_i - h_i - x_0| of each follower at the stamps of its positions, from the formation's time 0.
+
+    Without a leader from which places count it is what the law measures itself, by the follower's statuses.
+    """
+    if trace.swarm.sole_leader is None:
+        reported = {i: trace.of("status", i) for i in trace.followers}
+        known = {i: in_formation(trace, each.stamps) & (each.values[:, 0] >= 0.0) for i, each in reported.items()}
+        return {i: Errors(each.stamps[known[i]], each.values[known[i], 0]) for i, each in reported.items()}
     leader, places = trace.leader, {i: trace.positions(i) for i in trace.followers}
     return {
         i: _errors(x.stamps, x.values - offsets(trace, i, x.stamps) - interpolated(leader, x.stamps))

@@ -1,0 +1,58 @@
+"""A swarm without a leader, and one with three that fly paths of their own: the law's own error judges both."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from flockwire_analysis.graph_picture import graph_picture
+from flockwire_analysis.recorded import Trace
+from flockwire_analysis.summary import summarise
+from flockwire_lab.flight import Flight, fly_in_memory
+
+BOTH = [[1, 2], [2, 1], [2, 3], [3, 2], [1, 3], [3, 1]]
+STARTS = {1: [3.0, 0.0, 0.0], 2: [-3.0, 2.0, 0.0], 3: [-3.0, -2.0, 0.0], 4: [0.0, -3.0, 0.0], 5: [0.0, 4.0, 0.0]}
+
+
+@pytest.fixture
+def fly_led(make_swarm: Callable[..., Any]) -> Callable[..., Trace]:
+    """Fly drones with these leaders in virtual time."""
+
+    def fly(leaders: list[int], drones: range, law: str, edges: list[list[int]], **changes: Any) -> Trace:
+        swarm = make_swarm(
+            {"leaders": leaders, "control.law": f"flockwire_laws.{law}", "graph.edges": edges, "obstacles": [],
+             "formation": {"kind": "circle", "radius": 1.0}, "avoidance.sensing": "nearby",
+             "drones": [{"id": i, "start": STARTS[i]} for i in drones], **changes}
+        )  # fmt: skip
+        outcome, trace = fly_in_memory(Flight(swarm, 0, 20.0), lambda _: None)
+        assert not outcome.failure
+        return trace
+
+    return fly
+
+
+def test_without_a_leader_all_agree_on_a_place_and_keep_its_height(fly_led: Callable[..., Trace]) -> None:
+    trace = fly_led([], range(1, 4), "consensus:Consensus", BOTH)
+    summary = summarise(trace)
+    assert [check.name for check in summary.checks if not check.ok] == []
+    assert summary.missing == ()
+    tail = summary.formation_error_m.max_tail
+    assert tail is not None
+    assert tail < 0.01  # by the law's own measure
+    assert len(graph_picture(trace.swarm.topology).nodes) == 3
+
+
+def test_three_leaders_fly_their_own_paths_and_contain_the_others(fly_led: Callable[..., Trace]) -> None:
+    still, slow = ({"kind": "constant", "velocity": [speed, 0.0, 0.0]} for speed in (0.0, 0.05))
+    edges = [[1, 4], [2, 4], [3, 5], [4, 5], [5, 4]]
+    leader = {"trajectory": still, "3": {"trajectory": slow}}
+    trace = fly_led([1, 2, 3], range(1, 6), "containment:AtRest", edges, leader=leader)
+    assert [check.name for check in summarise(trace).checks if not check.ok] == []
+    tail = {i: trace.positions(i).values[-400] for i in STARTS}
+    moved = {i: float(np.ptp(trace.positions(i).values[-1500:-400, 0])) for i in (1, 2, 3)}
+    assert moved[3] > 0.4
+    assert max(moved[1], moved[2]) < 0.05
+    assert tail[4] == pytest.approx((tail[1] + tail[2] + tail[5]) / 3.0, abs=0.1)
+    assert tail[5] == pytest.approx((tail[3] + tail[4]) / 2.0, abs=0.1)
