@@ -75,6 +75,10 @@ def law_problems(swarm: Swarm) -> Iterator[Problem]:
         yield Problem("control.law", f"its information must be an Information, not {declared!r}")
         return
     yield from (Problem("control.law", rule) for rule in _contradictions(declared, swarm))
+    mute = [i for i in swarm.leaders if hasattr(law, "lead") and declared.message is not None and i not in swarm.flying]
+    if mute:
+        rule = f"its leaders send messages, but {uav(mute[0])} does not fly: give it the kind 'trajectory'"
+        yield Problem("control.law", rule)
     least, most = declared.leaders
     if hasattr(law, "information") and not least <= len(swarm.leaders) <= most:
         counts = " to ".join(map(str, dict.fromkeys(declared.leaders)))
@@ -199,6 +203,21 @@ def _seen(sense: Sense, number: int, weight: float, leads: bool) -> Seen:
         BESIDE if sense & Sense.POSITION else None,
         ZERO if sense & Sense.VELOCITY else None,
     )
+
+
+def law_check(swarm: Swarm) -> tuple[list[str], list[str], dict[str, float]]:
+    """Return problems, notes and predicted rates (1/s) by the law's own `check`; a problem if that raises."""
+    law = load_law(law_object(swarm))
+    check = getattr(law, "check", None)
+    if check is None:
+        return [], [], {}
+    formation = swarm.build_formation()
+    places = {i: formation.offset(rank, 0.0) for rank, i in enumerate(swarm.followers)}
+    try:
+        problems, notes, rates = check(swarm.topology, places, swarm.control.parameters)
+        return [*map(str, problems)], [*map(str, notes)], {str(name): float(rate) for name, rate in rates.items()}
+    except Exception as error:  # a user's may raise anything
+        return [f"its check fails: {_raised(error)}"], [], {}
 
 
 def step_time(swarm: Swarm, read: Callable[[], int]) -> float:

@@ -17,6 +17,7 @@ from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import Report
 
 from flockwire_leader.course import Course
+from flockwire_leader.lead_messages import LeadMessages
 from flockwire_leader.teleoperation import Teleoperation
 from flockwire_leader.tracked import TrackedLeader
 from flockwire_leader.virtual import VirtualLeader
@@ -38,6 +39,7 @@ class FlyingLeader:
         ahead = airframe.lag + airframe.dead_time  # s
         self._leads_stopping = pilot.guard is not None and (ahead > 0.0 or pilot.disturbance > 0.0)
         self._teleoperation = Teleoperation(swarm, number) if swarm.leading[number].steered else None
+        self._lead = LeadMessages(swarm, number, now)
         self._flown: Mission | None = None  # the order of the course
 
     def receive(self, key: Key, message: Message, now: int) -> None:
@@ -58,7 +60,10 @@ class FlyingLeader:
         was = pilot.flight.phase
         phase = pilot.observe(now, SILENCE, (), "", list)
         wanted = self._wanted(was, now) if phase is Phase.FORMATION else ZERO
-        return pilot.command(wanted, now)
+        messages = pilot.command(wanted, now)
+        mission = pilot.flight.mission
+        t = (now - mission.start) / SECOND if phase is Phase.FORMATION and mission is not None else 0.0
+        return [*messages, *self._lead.messages(t, pilot.motion, pilot.sent, pilot.dt, now)]
 
     def retire(self, now: int) -> None:
         """Hold, then land, because the process must end."""
@@ -73,7 +78,8 @@ class FlyingLeader:
         report = self._pilot.report(now)
         if self._teleoperation is not None and not report.line and report.phase == Phase.FORMATION:
             report = report._replace(detail=self._teleoperation.described(now))
-        return report
+        failure = self._lead.failure
+        return report if failure is None else report._replace(reasons=(*report.reasons, failure))
 
     def _wanted(self, was: Phase, now: int) -> Vector:
         """Return the velocity along the course, which restarts with a new order and continues after a hold."""

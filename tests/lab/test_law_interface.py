@@ -9,10 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from flockwire_core.domain.motion import LeaderMotion
 from flockwire_core.domain.time import SECOND
 from flockwire_core.law import Decision, Information, LawSettings, Observation, Output, Pace, Sense
 from flockwire_core.loading import SwarmFileError
-from flockwire_core.own_law import START
+from flockwire_core.own_law import START, law_check
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.law_form import FormError, LawForm
@@ -274,3 +275,36 @@ def test_keys_follow_from_the_declaration(make_plan: Callable[..., Plan], monkey
     assert plan.subscribers(Key("seen", "uav2")) == ("uav2",)
     assert not any(key.kind in ("estimate", "bids") for key in plan.keys)
     assert "uav1" not in plan.subscribers(Key("pose", "uav0"))
+
+
+class Led(Law):
+    """Hears the leader's message; predicts nothing."""
+
+    information = Information(neighbours=Sense.POSITION, message=Word, leaders=(1, 1))
+
+    @staticmethod
+    def lead(t: float, motion: LeaderMotion) -> Word:
+        return Word(motion.position, round(1000 * t), ((motion.velocity[0], 2), motion.acceleration[0]))
+
+    @classmethod
+    def check(cls, graph: Any, places: Any, parameters: Any) -> Any:
+        return ["the graph is too thin"], ["thin"], {"slowest": 0.25 * len(places)}
+
+
+def test_a_leader_sends_what_the_law_has_it_send(fly_law: Callable[..., Any]) -> None:
+    flown = fly_law(Led, duration=9.0)
+    heard = [h for n, o in Led.seen if n == 1 and o.place is not None for h in o.heard if h.leads]
+    assert len(heard) > 100
+    assert heard[-1].content.round > 1000
+    assert heard[-1].content.parts[0][0] == pytest.approx(0.1, abs=0.02)  # m/s, of its path
+    assert flown.of("law", "uav0")
+    assert not any(h.leads for n, o in Led.seen if n == 3 for h in o.heard)  # it has no edge from the leader
+
+
+def test_the_laws_own_check_is_asked(make_swarm: Callable[..., Swarm], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "interface_law", sys.modules[__name__])
+    Law.seen = []
+    swarm = make_swarm({"control.law": "interface_law:Led"})
+    assert law_check(swarm) == (["the graph is too thin"], ["thin"], {"slowest": 1.0})
+    monkeypatch.setattr(Led, "check", lambda *_: 1 / 0)
+    assert "its check fails: ZeroDivisionError" in law_check(swarm)[0][0]

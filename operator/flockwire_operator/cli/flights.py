@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 from flockwire_core import clock
 from flockwire_core.loading import SwarmFileError
+from flockwire_core.own_law import law_check
 from flockwire_core.runtime.standard_streams import unblocked
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.plan import Plan
@@ -49,7 +50,7 @@ def check(
     from flockwire_core.security.pki import expiring  # noqa: PLC0415
 
     from flockwire_operator.station.answers import description, text  # noqa: PLC0415  (numpy)
-    from flockwire_operator.station.check import describe, warnings  # noqa: PLC0415  (numpy)
+    from flockwire_operator.station.check import describe, law_problem, warnings  # noqa: PLC0415  (numpy)
     from flockwire_operator.station.prediction import predicted  # noqa: PLC0415
 
     plan = load(swarm)
@@ -58,10 +59,14 @@ def check(
     expired = expiring(plan, keys_folder(swarm, plan, keys), clock.utc())
     if as_json:
         print(text(description(plan, [*warnings(plan.swarm), *predicted(plan.swarm, duration), *expired])))
-        return
-    print(describe(plan, duration))
-    for line in expired:
-        print(f"warning: {line}")
+    else:
+        print(describe(plan, duration))
+        for line in expired:
+            print(f"warning: {line}")
+    if problems := law_check(plan.swarm)[0]:
+        for problem in problems:
+            print(f"flockwire: {swarm}: {law_problem(plan.swarm, problem)}", file=sys.stderr)
+        raise typer.Exit(2)
 
 
 def _check_live(plan: Plan, keys: Path, as_json: bool) -> int:

@@ -16,7 +16,7 @@ from flockwire_core.control.convergence import convergence, smallest_observer_ga
 from flockwire_core.control.leader_track import leader_time_constant, motion_error, noise_gain
 from flockwire_core.domain.vector import norm
 from flockwire_core.objects import load_object
-from flockwire_core.own_law import step_time
+from flockwire_core.own_law import law_check, step_time
 from flockwire_core.parameters import guard_parameters
 from flockwire_core.swarm.airframes import AIRFRAMES, ByItself
 from flockwire_core.swarm.model import Swarm, uav
@@ -32,7 +32,7 @@ DEEP = 6  # hops beyond which noise and delay add up
 def describe(plan: Plan, duration: float = 40.0) -> str:
     """Return the description for `check`; `duration` is the flight's, s."""
     swarm = plan.swarm
-    lines = [*_graph(plan), "", *_lemma(swarm), *_depth(swarm), "", *_formations(swarm, duration), ""]
+    lines = [*_graph(plan), "", *_lemma(swarm), *_depth(swarm), *_law(swarm), "", *_formations(swarm, duration), ""]
     lines += [*_airframes(plan), ""]
     if off := sorted(swarm.checks.off):
         lines += [f"not judged after a flight ([checks]): {', '.join(off)}", ""]
@@ -70,6 +70,20 @@ def _leaders(swarm: Swarm) -> str:
         return f"leader {swarm.reference.kind}"
     named = ", ".join(f"{uav(i)} {leader.kind}" for i, leader in swarm.leading.items())
     return f"leaders {named}" if named else "no leader"
+
+
+def _law(swarm: Swarm) -> Iterator[str]:
+    """Yield what the law's own check predicts."""
+    _, notes, rates = law_check(swarm)
+    if notes or rates:
+        yield f"law {swarm.control.law}"
+    yield from (f"  predicted rate, {name}: {rate:.4g} 1/s" for name, rate in rates.items())
+    yield from (f"  {note}" for note in notes)
+
+
+def law_problem(swarm: Swarm, problem: str) -> str:
+    """Return a problem of the law's own check as text."""
+    return f"control.law = {swarm.control.law!r}: {problem}"
 
 
 def _lemma(swarm: Swarm) -> Iterator[str]:
