@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from flockwire_core.domain.airframe import Telemetry
 from flockwire_core.domain.vector import Vector
 from flockwire_core.process.cores import Address, Datagram
 
 from flockwire_twins.wind import Wind
+
+
+class Wear(NamedTuple):
+    """What is wrong with an airframe: shares of its mass, its autopilot's gains, each rotor's thrust and torque."""
+
+    mass: float = 1.0
+    gains: float = 1.0
+    rotors: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
 
 
 class SimulatedAirframe(Protocol):
@@ -42,11 +50,18 @@ class SimulatedAirframe(Protocol):
 class Commanded(SimulatedAirframe, Protocol):
     """An airframe whose row has no driver: it obeys commands itself."""
 
+    @property
+    def remark(self) -> str:
+        """What is at its limit or has failed."""
+
+    def wear(self, wear: Wear) -> None:
+        """Set what is wrong with it, if its row `wears`."""
+
     clipped: int  # commands that were too fast
     land_at: int | None  # time of its own landing
 
-    def command(self, velocity: Vector, now: int) -> None:
-        """Receive a commanded velocity, m/s, world frame."""
+    def command(self, velocity: Vector, now: int, yaw_rate: float = 0.0) -> None:
+        """Receive a commanded velocity, m/s, world frame, and a yaw rate, rad/s."""
 
     def telemetry(self, now: int, frame: str) -> Telemetry:
         """Return its telemetry, in the world frame `frame`."""

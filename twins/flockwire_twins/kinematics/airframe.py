@@ -13,11 +13,13 @@ from typing import Final
 
 from flockwire_core.control.airframe.first_order_lag import lagged_motion
 from flockwire_core.domain.airframe import FlightState
+from flockwire_core.domain.pose import LEVEL
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add, scale
 from flockwire_core.process.driving import CONTACT, GRAVITY
 from flockwire_core.swarm.drones import Airframe
 
+from flockwire_twins.simulated_airframe import Wear
 from flockwire_twins.wind import STEP, Wind
 
 FLYING: Final = FlightState.FLYING  # compiled, a constant costs less than an attribute
@@ -26,37 +28,44 @@ LANDING: Final = FlightState.LANDING
 STOPPED: Final = FlightState.STOPPED
 
 
-class FirstOrderAirframe:
-    """One airframe at `position` (m, world frame) at `now` (Unix ns).
+class FlyingBody:
+    """The common part of simulated airframes: one at `position` (m, world frame) at `now` (Unix ns).
 
     It flies if that is above the `ground` (m, world z), unless it is `standing` there, as on a table; the table is gone
-    after take-off.
+    after take-off. Commands take effect after a dead time (ns).
     """
 
     def __init__(
-        self, parameters: Airframe, position: Vector, now: int, ground: float = 0.0, standing: bool = False
+        self, parameters: Airframe, dead_time: int, position: Vector, now: int, ground: float, standing: bool
     ) -> None:
-        self.position, self.velocity = position, ZERO
+        self.position, self.velocity, self.orientation = position, ZERO, LEVEL
         self._ground = ground
         airborne = self.height > CONTACT and not standing
         self.state = FLYING if airborne else GROUNDED
         self.battery = 1.0
         self._gain, self._endurance = parameters.gain, parameters.endurance
-        self._lag, self._dead_time = parameters.lag, round(parameters.dead_time * SECOND)
-        self._now = now
-        self._input = ZERO
-        self._coming: deque[tuple[int, Vector]] = deque()  # effective time, command
+        self._dead_time, self._now = dead_time, now
+        self._input, self._yaw_rate = ZERO, 0.0
+        self._coming: deque[tuple[int, Vector, float]] = deque()  # effective time, command
         self._wind: Wind | None = None  # None: calm
 
-    def command(self, velocity: Vector, now: int) -> None:
-        """Command a velocity, m/s, world frame, at `now`; a climb command takes off."""
-        self._coming.append((now + self._dead_time, velocity))
+    def command(self, velocity: Vector, now: int, yaw_rate: float = 0.0) -> None:
+        """Command a velocity (m/s, world frame) and a yaw rate (rad/s) at `now`; a climb command takes off."""
+        self._coming.append((now + self._dead_time, velocity, yaw_rate))
         if self.state is GROUNDED and velocity[2] > 0.0:
             self.state = FLYING
 
     def respond(self, lag: float, dead_time: float) -> None:
         """Set lag and dead time, s."""
-        self._lag, self._dead_time = lag, round(dead_time * SECOND)
+        raise NotImplementedError
+
+    def wear(self, wear: Wear) -> None:
+        """Set what is wrong with it."""
+
+    @property
+    def remark(self) -> str:
+        """What is at its limit or has failed."""
+        return ""
 
     def blow(self, wind: Wind) -> None:
         """Set the wind."""
@@ -85,10 +94,28 @@ class FirstOrderAirframe:
     def advance(self, now: int) -> None:
         """Advance to `now` (Unix ns)."""
         while self._coming and self._coming[0][0] <= now:
-            moment, velocity = self._coming.popleft()
+            moment, velocity, yaw_rate = self._coming.popleft()
             self._fly(moment)
-            self._input = scale(velocity, self._gain)
+            self._input, self._yaw_rate = scale(velocity, self._gain), yaw_rate
         self._fly(now)
+
+    def _fly(self, until: int) -> None:
+        """Fly, fall or stand until `until` (Unix ns), which may be past, with the current input."""
+        raise NotImplementedError
+
+
+class FirstOrderAirframe(FlyingBody):
+    """An airframe with the response of `parameters`."""
+
+    def __init__(
+        self, parameters: Airframe, position: Vector, now: int, ground: float = 0.0, standing: bool = False
+    ) -> None:
+        super().__init__(parameters, round(parameters.dead_time * SECOND), position, now, ground, standing)
+        self._lag = parameters.lag
+
+    def respond(self, lag: float, dead_time: float) -> None:
+        """Set lag and dead time, s."""
+        self._lag, self._dead_time = lag, round(dead_time * SECOND)
 
     def _fly(self, until: int) -> None:
         """Fly, fall or stand until `until` (Unix ns), which may be past, with the current input."""

@@ -21,7 +21,7 @@ from flockwire_core.wire.keys import MISSION, STOP, Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import Report
 
-from flockwire_twins.simulated_airframe import Commanded, Served, SimulatedAirframe
+from flockwire_twins.simulated_airframe import Commanded, Served, SimulatedAirframe, Wear
 from flockwire_twins.wind import Wind
 
 SETTLED_SERVED = 4 * SECOND  # as SETTLED, with time for drivers to detect it by a constant state
@@ -40,11 +40,12 @@ class Blowing(Protocol):
 
 
 class AirframeConditions(NamedTuple):
-    """What may change in a flight: the `wind`, lag and dead time (s) of airframes, motors that failed; by drone."""
+    """What may change in a flight: the `wind`, lag and dead time (s) of airframes, failed motors, wear; by drone."""
 
     wind: Blowing
     responses: Mapping[str, tuple[float, float]]
     failed: frozenset[str]
+    worn: Mapping[str, Wear] = {}
 
 
 class KinematicsCore:
@@ -89,6 +90,8 @@ class KinematicsCore:
         for owner, (lag, dead_time) in new.responses.items():
             if before.responses.get(owner) != (lag, dead_time):
                 self._airframes[owner].respond(lag, dead_time)
+        for owner in {*new.worn, *before.worn} if new.worn != before.worn else ():
+            self._commanded[owner].wear(new.worn.get(owner, Wear()))
         for owner in new.failed - before.failed:
             self._airframes[owner].stop()
         if new.wind != before.wind:
@@ -103,7 +106,7 @@ class KinematicsCore:
         """Receive a message."""
         match message:
             case Command():
-                self._commanded[key.owner].command(message.velocity, now)
+                self._commanded[key.owner].command(message.velocity, now, message.yaw_rate)
             case Mission():
                 for person in self._persons.values():
                     person.order(message, now)
@@ -159,6 +162,7 @@ class KinematicsCore:
         details = (
             f"{flying} of {len(self._airframes)} in flight" if flying else "",
             f"{clipped} commands clipped" if clipped else "",
+            *(f"{owner}: {airframe.remark}" for owner, airframe in self._commanded.items() if airframe.remark),
         )
         return Report(Phase.SIMULATING, ", ".join(detail for detail in details if detail))
 

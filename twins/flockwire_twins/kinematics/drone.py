@@ -16,16 +16,15 @@ from flockwire_core.process.driving import FROZEN, TOLERANCE
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.tables import Limits
 
-from flockwire_twins.kinematics.airframe import FLYING, LANDING, FirstOrderAirframe
+from flockwire_twins.kinematics.airframe import FLYING, LANDING, FirstOrderAirframe, FlyingBody
+from flockwire_twins.simulated_airframe import Wear
 from flockwire_twins.wind import Wind
-
-LEVEL = (0.0, 0.0, 0.0, 1.0)
 
 
 class SimulatedDrone:
     """Driver and airframe of one drone."""
 
-    def __init__(self, airframe: FirstOrderAirframe, limits: Limits) -> None:
+    def __init__(self, airframe: FlyingBody, limits: Limits) -> None:
         self.airframe = airframe
         self.land_at: int | None = None  # time of its own landing, Unix ns
         self.clipped = 0  # commands that were too fast
@@ -40,7 +39,7 @@ class SimulatedDrone:
         state = self.airframe.state
         return state is FLYING or state is LANDING or self.airframe.falling
 
-    def command(self, velocity: Vector, now: int) -> None:
+    def command(self, velocity: Vector, now: int, yaw_rate: float = 0.0) -> None:
         """Pass the agent's command on, limited in speed; ignored while the driver lands the drone."""
         if self.land_at is not None and now >= self.land_at:
             return
@@ -52,7 +51,7 @@ class SimulatedDrone:
             if self.airframe.state is FlightState.LANDING or velocity[2] > 0.0:
                 return
             self._set_down = False
-        self.airframe.command(velocity, now)
+        self.airframe.command(velocity, now, yaw_rate)
 
     def advance(self, now: int) -> None:
         """Advance to `now`; hover or land if the agent has been silent for too long."""
@@ -79,8 +78,8 @@ class SimulatedDrone:
 
     @property
     def orientation(self) -> tuple[float, float, float, float]:
-        """Its orientation, a quaternion (x, y, z, w): constant."""
-        return LEVEL
+        """Its orientation, a quaternion (x, y, z, w)."""
+        return self.airframe.orientation
 
     def stop(self) -> None:
         """Stop the motors permanently: in flight it falls."""
@@ -89,6 +88,15 @@ class SimulatedDrone:
     def respond(self, lag: float, dead_time: float) -> None:
         """Set lag and dead time, s."""
         self.airframe.respond(lag, dead_time)
+
+    def wear(self, wear: Wear) -> None:
+        """Set what is wrong with it."""
+        self.airframe.wear(wear)
+
+    @property
+    def remark(self) -> str:
+        """What is at its limit or has failed."""
+        return self.airframe.remark
 
     def blow(self, wind: Wind) -> None:
         """Set the wind."""
