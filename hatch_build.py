@@ -12,6 +12,7 @@ from typing import Any
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 TRACKED = ("claim", "completeness", "core", "field_bodies", "relative_sensor", "tracking")
+MULTIROTOR = ("airframe", "autopilot", "fitted", "rotors", "vehicle")
 COMPILED = (
     "core/flockwire_core/control",
     "core/flockwire_core/domain",
@@ -32,6 +33,7 @@ COMPILED = (
     *(f"leader/flockwire_leader/{name}.py" for name in ("core", "course", "teleoperation", "virtual")),
     *(f"mocap_gateway/flockwire_mocap/{name}.py" for name in TRACKED),
     *(f"twins/flockwire_twins/kinematics/{name}.py" for name in ("airframe", "core", "drone")),
+    *(f"twins/flockwire_twins/multirotor/{name}.py" for name in MULTIROTOR),
     "twins/flockwire_twins/trackers/cameras.py",
     *(f"recorder/flockwire_recorder/{name}.py" for name in ("chunked", "trace")),
     *(

@@ -54,13 +54,16 @@ def load_table(path: Path) -> dict[str, object]:
 
 
 def framed_tables(table: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the tables of a swarm file that name a file of key frames, each with its key."""
+    """Yield the tables of a swarm file that name a file of key frames or of an airframe's figures, with their keys."""
     own = [(key, inner) for key, inner in _tables(table, "leader") if key.rpartition(".")[2].isdecimal()]
     leaders = [("leader", table.get("leader")), *own]
     leading = [(f"{key}.trajectory", one.get("trajectory")) for key, one in leaders if isinstance(one, dict)]
     for key, inner in [("formation", table.get("formation")), *_tables(table, "formations"), *leading]:
         if isinstance(inner, dict) and inner.get("kind") == "key_frames" and "file" in inner:
             yield key, inner
+    yield from (
+        (key, inner) for key, inner in _tables(table, "airframes") if isinstance(inner, dict) and "file" in inner
+    )
 
 
 def parse_swarm(table: dict[str, object], origin: str) -> Swarm:

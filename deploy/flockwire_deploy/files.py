@@ -121,7 +121,8 @@ def _named(swarm: Swarm) -> Iterator[tuple[str, str]]:
         yield "control.law", module if module.endswith(".py") else law.relative_to(swarm.folder).as_posix()
     formations = {f"formations.{name}": each for name, each in swarm.formations.items()}
     leading = {f"{swarm.leader.key(i)}.trajectory": leader.trajectory for i, leader in swarm.leading.items()}
-    tables = {"formation": swarm.formation, **formations, **leading}
+    airframes = {f"airframes.{name}": each for name, each in swarm.airframes.items()}
+    tables = {"formation": swarm.formation, **formations, **leading, **airframes}
     for key, table in tables.items():
         name = getattr(table, "file", None)
         if name is not None:

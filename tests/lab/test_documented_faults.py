@@ -15,6 +15,7 @@ from flockwire_lab.faults.kinds import Fault
 from flockwire_operator.station.fault_injection import refusal
 
 PAGE = Path(__file__).parents[2] / "docs" / "faults.md"
+WEARS = {"drones.1.airframe": "multirotor"}
 KINDS = {get_args(kind.model_fields["kind"].annotation)[0]: kind for kind in get_args(Fault)}
 
 
@@ -25,7 +26,7 @@ def tables(example: Callable[[str, str], str]) -> list[dict[str, Any]]:
 
 
 def test_a_refusal_reads_as_the_page_says(make_plan: Callable[..., Plan]) -> None:
-    plan = make_plan()
+    plan = make_plan(WEARS)
     wrong = {"at": 1.0, "kind": "clock", "process": "uav2", "step": 0.01}
     said = refusal(parse_faults({"faults": [wrong]}, plan, "wrong.toml"), plan, next(iter(plan.swarm.hosts)))
     assert f"    flockwire: wrong.toml: {said}\n" in PAGE.read_text(encoding="utf-8")
@@ -34,7 +35,7 @@ def test_a_refusal_reads_as_the_page_says(make_plan: Callable[..., Plan]) -> Non
 def test_of_the_file_of_the_page_a_real_flight_refuses_what_the_page_says(
     make_plan: Callable[..., Plan], tables: list[dict[str, Any]]
 ) -> None:
-    plan = make_plan()
+    plan = make_plan(WEARS)
     refused = refusal(parse_faults({"faults": tables}, plan, "wrong.toml"), plan, next(iter(plan.swarm.hosts)))
     keys = [line.partition(" = ")[0].split(".") for line in refused.split("\n")]
     assert [(tables[int(place)]["kind"], key) for _, place, key in keys] == [
@@ -48,7 +49,7 @@ def test_of_the_file_of_the_page_a_real_flight_refuses_what_the_page_says(
 
 def test_the_file_of_the_page_has_every_kind_and_flies(tables: list[dict[str, Any]], fly: Callable[..., Any]) -> None:
     assert {table["kind"] for table in tables} == KINDS.keys()
-    flown = fly({"control.law": "extended"}, *tables, duration=16.0)
+    flown = fly({"control.law": "extended"} | WEARS, *tables, duration=16.0)
     at = {table["kind"]: table["at"] for table in tables}
     assert all(phase != "landing" for i in (1, 2, 3, 4) for t, phase, _ in flown.phases(f"uav{i}") if t < at["kill"])
     assert flown.of("command", "uav3", at["kill"] - 0.1, at["kill"])

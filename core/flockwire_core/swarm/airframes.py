@@ -37,6 +37,7 @@ class AirframeRow:
     warnings: str = ""  # yields warnings of `flockwire check` for a Swarm
     live_checks: tuple[str, ...] = ()  # codes of its driver's reasons (wire/status.py) with a line in `check --live`
     identified: str = ""  # yields its keys of [airframes.NAME] from an Airframe and the measured gain of each axis
+    wears: bool = False  # faults change its simulation's mass, gains and rotors
     turns: bool = False  # it obeys a yaw rate; its driver subscribes to its pose, to know its heading
     command: str = ""  # a further command of the command line, which runs its simulation without a swarm
 
@@ -47,6 +48,18 @@ KINEMATICS = AirframeRow(
     without_setpoints=ByItself("follows its last command"),
     without_poses=ByItself("continues"),
     without_link=ByItself("follows its last command"),
+)
+MULTIROTOR = AirframeRow(
+    "multirotor",
+    simulated="flockwire_twins.multirotor.airframe:standing",
+    without_setpoints=ByItself("follows its last command"),
+    without_poses=ByItself("continues"),
+    without_link=ByItself("follows its last command"),
+    airframe_keys="flockwire_twins.multirotor.swarm_file:MultirotorInAirframes",
+    built_in={"lag": 0.16, "dead_time": 0.1},  # s, as `flockwire identify` finds them
+    rules="flockwire_twins.multirotor.parameters:RULES",
+    wears=True,
+    turns=True,
 )
 TELLO = AirframeRow(
     "tello",
@@ -67,5 +80,5 @@ TELLO = AirframeRow(
     command="flockwire_twins.tello.command:tello_sim",
 )
 
-AIRFRAMES = (KINEMATICS, TELLO)
+AIRFRAMES = (KINEMATICS, MULTIROTOR, TELLO)
 ROWS = {row.kind: row for row in AIRFRAMES}

@@ -23,6 +23,7 @@ from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import Process
+from flockwire_twins.simulated_airframe import Wear
 from pydantic import ConfigDict, Field
 
 from flockwire_lab.faults.targets import AIRFRAMES, CAMERAS, FOLLOWERS, targets
@@ -277,6 +278,22 @@ class AirframeFailure(_AirframeFault):
         return conditions._replace(failed=conditions.failed | {uav(self.drone)})
 
 
+class AirframeWear(_AirframeFault):
+    """Shares of its own that a multirotor's mass, gains, and each rotor's thrust have from now on; 0: a lost rotor."""
+
+    kind: Literal["wear"]
+    mass: Annotated[float, Field(gt=0, le=3)] = 1.0
+    gains: Annotated[float, Field(gt=0, le=3)] = 1.0
+    rotors: Annotated[tuple[Probability, Probability, Probability, Probability], Field(strict=False)] = (1, 1, 1, 1)
+
+    def possible(self, plan: Plan) -> tuple[int, ...]:
+        return tuple(i for i in plan.swarm.simulated if plan.swarm.row(i).wears)
+
+    def change(self, conditions: AirframeConditions, since: float) -> AirframeConditions:
+        worn = {uav(self.drone): Wear(self.mass, self.gains, self.rotors)}
+        return conditions._replace(worn={**conditions.worn, **worn})
+
+
 class FalseHeight(_AirframeFault):
     """The telemetry of an airframe without a driver of its own reports a height that is `offset` (m) too large."""
 
@@ -357,5 +374,5 @@ class FalseBids(_AgentFault):
 Fault = (
     Kill | Restart | Freeze | Cut | LinkChange | Partition | TrackerLoss | NoiseBurst | NameSwap | Visitor | ClockStep
     | AirframeLag | WindChange | AirframeFailure | FalseEstimate | FalseAge | FalseBids | FalsePose
-    | FalseHeight
+    | FalseHeight | AirframeWear
 )  # fmt: skip

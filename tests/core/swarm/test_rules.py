@@ -10,7 +10,10 @@ LOOP = [[0, 1], [1, 2], [2, 3], [3, 4], [4, 1]]
 WRONG = [
     # drones
     ({"drones.2.id": 1}, "drones.2.id = 1: another drone has this id"),
-    ({"drones.1.airframe": "kite"}, "drones.1.airframe = 'kite': must be one of [airframes], ['kinematics', 'tello']"),
+    (
+        {"drones.1.airframe": "kite"},
+        "drones.1.airframe = 'kite': must be one of [airframes], ['kinematics', 'multirotor', 'tello']",
+    ),
     # Tellos
     ({"drones.1.tello": {}}, "drones.1.tello: airframe 'kinematics' is of kind 'kinematics', must be 'tello'"),
     (

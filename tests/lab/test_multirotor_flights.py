@@ -1,0 +1,95 @@
+"""Virtual flights of multirotors: the checks pass, the tail is short, also in gusts; who falls hurts nobody else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from flockwire_twins.multirotor.airframe import CRASHED, TURNED_OVER
+from flockwire_twins.multirotor.swarm_file import MODELS
+
+PLACES = ([0.0, 0.0, 0.0], [1.0, 1.1, 0.0], [-0.1, -0.8, 0.0], [-1.7, 0.6, 0.0], [-0.1, 0.9, 0.0])
+FIVE = {
+    "control": {"law": "extended", "formation_gain": 3.0},
+    "formation": {"kind": "circle", "radius": 0.9, "rate": 0.2},
+    "limits.speed": 1.0,
+    "graph": {"edges": [[0, 1], [1, 2], [2, 3], [3, 4]]},
+    "gateway": {"noise": 0.001, "latency": 0.01},
+}
+GUSTS = {"wind": {"velocity": [1.0, 0.0, 0.0], "gust": 0.5}}
+KINDS = [(name, rotors) for name in MODELS for rotors in (False, True) if rotors or "fitted" in MODELS[name]]
+IDENTIFIED = {"quad_1kg": {"lag": 0.16, "dead_time": 0.15}}  # the others are as the row has them
+
+
+def five(model: str = "cf2x_L250", rotors: bool = False, kinds: tuple[str, ...] = ("multirotor",) * 5) -> dict:
+    """Return the changes that make five drones of `kinds`."""
+    table = {"model": model, "rotors": rotors, **IDENTIFIED.get(model, {})}
+    drones = [{"id": i, "airframe": kind, "start": PLACES[i]} for i, kind in enumerate(kinds)]
+    return FIVE | {"airframes.multirotor": table, "drones": drones}
+
+
+def tail(flown: Any, begin: float, owners: range = range(1, 5)) -> float:
+    """Return the largest formation error that followers report from `begin` on, in the formation, m."""
+    reports = [m.report for i in owners for _, m in flown.of("status", f"uav{i}", begin)]
+    found = [report.formation_error for report in reports if report.phase == "formation"]
+    assert len(found) > 20
+    return max(found)
+
+
+@pytest.mark.parametrize(
+    ("model", "rotors"),
+    [KINDS[0], *(pytest.param(*kind, marks=pytest.mark.long) for kind in KINDS[1:])],
+)
+def test_five_of_each_model_fly_in_formation(fly: Callable[..., Any], model: str, rotors: bool) -> None:
+    flown = fly(five(model, rotors), duration=16.0)
+    assert flown.outcome.failure == ""
+    assert tail(flown, 12.0) <= 0.015
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("model", "rotors"), [("cf2x_L250", False), ("cf21B_500", True), ("quad_1kg", True)])
+def test_in_gusts_they_keep_their_places(fly: Callable[..., Any], model: str, rotors: bool) -> None:
+    flown = fly(five(model, rotors) | GUSTS, duration=16.0)
+    assert flown.outcome.failure == ""
+    assert tail(flown, 12.0) <= 0.04
+
+
+@pytest.mark.long
+def test_three_kinds_of_airframes_fly_in_one_formation(fly: Callable[..., Any]) -> None:
+    flown = fly(five(kinds=("kinematics", "multirotor", "tello", "multirotor", "kinematics")), duration=16.0)
+    assert flown.outcome.failure == ""
+    assert tail(flown, 12.0) <= 0.05
+
+
+def test_a_tilted_drone_is_seen_in_poses_and_truth(fly: Callable[..., Any]) -> None:
+    flown = fly(five(), duration=8.0)
+    for kind in ("pose", "truth"):
+        tilts = [abs(pose.orientation[0]) + abs(pose.orientation[1]) for _, pose in flown.of(kind, "uav3")]
+        assert 0.02 < max(tilts) < 0.4, kind
+
+
+@pytest.mark.parametrize(("model", "reason"), [("cf2x_L250", TURNED_OVER), ("quad_1kg", CRASHED)])
+def test_with_a_lost_rotor_one_falls_and_the_others_land_unhurt(
+    fly: Callable[..., Any], model: str, reason: str
+) -> None:
+    fault = {"at": 8.0, "kind": "wear", "drone": 3, "rotors": [1.0, 0.0, 1.0, 1.0]}
+    flown = fly(five(model, rotors=True), fault, duration=14.0)
+    status = [m.report.detail for _, m in flown.of("status", "kinematics")][-1]
+    assert f"uav3: {reason}" in status
+    assert [pose.position[2] for _, pose in flown.of("truth", "uav3")][-1] == 0.0
+    others = [f"uav{i}: {word}" for i in (0, 1, 2, 4) for word in (TURNED_OVER, CRASHED)]
+    assert not any(other in status for other in others)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("fault", [{"mass": 1.15}, {"gains": 0.7}, {"rotors": [1.0, 0.9, 1.0, 1.0]}])
+def test_what_is_wrong_with_one_from_a_moment_on_is_compensated(fly: Callable[..., Any], fault: dict) -> None:
+    flown = fly(five(rotors=True), {"at": 7.0, "kind": "wear", "drone": 2, **fault}, duration=16.0)
+    assert flown.outcome.failure == ""
+    assert tail(flown, 13.0) <= 0.05
+
+
+def test_the_same_seed_gives_the_same_bytes(fly: Callable[..., Any]) -> None:
+    a, b = (fly(five(rotors=True) | GUSTS, seed=3, duration=5.0) for _ in range(2))
+    assert [m for _, _, m in a.published] == [m for _, _, m in b.published]
