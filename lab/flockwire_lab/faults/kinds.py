@@ -279,7 +279,7 @@ class AirframeFailure(_AirframeFault):
 
 
 class AirframeWear(_AirframeFault):
-    """Shares of its own that a multirotor's mass, gains, and each rotor's thrust have from now on; 0: a lost rotor."""
+    """Shares of its own that the airframe's mass, gains, and each rotor's thrust have from now on; 0: a lost rotor."""
 
     kind: Literal["wear"]
     mass: Annotated[float, Field(gt=0, le=3)] = 1.0
