@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import socket
+import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -13,7 +15,7 @@ from flockwire_core import clock
 from flockwire_core.domain.order import Stop
 from flockwire_core.loading import load_swarm
 from flockwire_core.runtime import configuration
-from flockwire_core.runtime.session import Session
+from flockwire_core.runtime.session import STRANGERS, Session
 from flockwire_core.runtime.subscriptions import Buffered
 from flockwire_core.security.files import files_of
 from flockwire_core.security.pki import make_keys
@@ -23,6 +25,7 @@ from flockwire_lab.probe.attackers import Attacker, attacker_configuration
 
 DRIVER, OPERATOR = "kinematics", "operator"
 FOREIGN = 12
+STRANGER = "127.0.0.2"
 
 
 @pytest.fixture
@@ -91,3 +94,20 @@ def test_only_operators_get_reserved_places_and_need_no_others(
     assert links(welcome, 2) == 2
     assert links([drone, operator], 1, seconds=0.5) == 0
     assert driver.linked() == (OPERATOR, "uav2")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="filters at sockets are Linux's")
+@pytest.mark.parametrize("where", ["reserved", "endpoints"])
+def test_an_address_with_many_silent_connections_is_shut_out_and_a_stop_arrives(
+    plan: Plan, driver: Session, tmp_path: Path, where: str
+) -> None:
+    inbox, host_port = driver.buffered(STOP), getattr(plan, where)[DRIVER].rsplit(":", 1)
+    place, many = (host_port[0], int(host_port[1])), STRANGERS + len(plan.links[DRIVER]) + 1
+    with ExitStack() as stack:
+        for _ in range(many):
+            stack.enter_context(socket.create_connection(place, 1.0, (STRANGER, 0)))
+        driver.guard()
+        driver.guard()
+        with pytest.raises(TimeoutError):
+            socket.create_connection(place, 0.5, (STRANGER, 0))
+        assert stopped(plan, tmp_path, inbox)

@@ -62,6 +62,7 @@ class ProcessResources:
 
     def _look(self) -> None:
         self._links, self._resident = self._session.linked(), peak_memory()
+        self._session.guard()
 
 
 def peak_memory() -> int:

@@ -22,6 +22,7 @@ from flockwire_core import clock
 from flockwire_core.domain.time import SECOND
 from flockwire_core.runtime.configuration import NO_DETOURS, ONE_THREAD, ROUTING, configuration, reserved_configuration
 from flockwire_core.runtime.descriptors import raise_limit
+from flockwire_core.runtime.gate import Gate
 from flockwire_core.runtime.linger import ignore_linger
 from flockwire_core.security.files import Credentials, CredentialsError, default_folder, files_of, hold
 from flockwire_core.wire.inbox import inbox_of
@@ -45,6 +46,7 @@ _PRIORITIES = {
 }
 
 LATEST = (1 << 31) * SECOND  # ns: messages carry seconds in 32 bits
+STRANGERS = 16  # connections of one address that are not authenticated
 BAD_CLOCK = "this machine's clock says {utc:%Y-%m-%d}, and messages carry times from 1970 to 2038-01-19; set the clock"
 NOT_UTF_8 = "{folder}: the name of this keys folder is not UTF-8, which Zenoh reads; name another one with --keys"
 UNKNOWN = "unknown"  # the identity at the other end of a link without security
@@ -124,12 +126,15 @@ class Session(contextlib.AbstractContextManager["Session"]):
         if plan.rows[identity].link is Link.ROUTER:
             use_router_threads()
         self._sessions: list[zenoh.Session] = []
+        self._gates: list[Gate] = []
         self._held = hold(folder) if credentials is not None else None
         with contextlib.ExitStack() as stack:
             stack.callback(self.close)
             self._open(plan.endpoints.get(identity, "nowhere"), configuration(plan, identity, credentials, detours))
             if credentials is not None and identity in plan.reserved:
                 self._open(plan.reserved[identity], reserved_configuration(plan, identity, credentials))
+                self._guard(plan.endpoints[identity], len(plan.links[identity]))
+                self._guard(plan.reserved[identity])
             stack.pop_all()
         clock.settle()
         self._publishing = Publishing(plan, identity, uuid.uuid4().bytes, self._declare)
@@ -143,6 +148,8 @@ class Session(contextlib.AbstractContextManager["Session"]):
         if self._publishing is not None:
             self._publishing.flush()
             self._publishing = None
+        for gate in self._gates:
+            gate.close()
         for session in self._sessions:
             session.close()  # type: ignore[no-untyped-call]
         if self._held is not None:
@@ -168,6 +175,15 @@ class Session(contextlib.AbstractContextManager["Session"]):
         """Return the authenticated identity at the other end of each link (unknown without security)."""
         links = [link for session in self._sessions for link in session.info.links()]
         return tuple(sorted(link.auth_identifier or UNKNOWN for link in links))
+
+    def guard(self) -> None:
+        """Shut out addresses whose connections make others wait; call it about once a second."""
+        for gate in self._gates:
+            gate.look(clock.monotonic())
+
+    def _guard(self, endpoint: str, links: int = 0) -> None:
+        session = self._sessions[len(self._gates)]
+        self._gates.append(Gate(port_of(endpoint), links + STRANGERS, lambda: len(session.info.links())))
 
     def _open(self, where: str, config: dict[str, object]) -> None:
         try:
@@ -214,6 +230,11 @@ def _credentials(plan: Plan, folder: Path, identity: str, verified: bool) -> Cre
     from flockwire_core.security.credentials import load_credentials  # noqa: PLC0415  (takes 0.1 s)
 
     return load_credentials(folder, identity, clock.utc(), plan.issuer(identity), plan.authorities)
+
+
+def port_of(endpoint: str) -> int:
+    """Return the port of HOST:PORT."""
+    return int(endpoint.rpartition(":")[2])
 
 
 def _reason(error: zenoh.ZError) -> str:
