@@ -188,6 +188,7 @@ class Tower:
     def fly(self) -> None:
         """Take off and start the formation."""
         self.all_in("ready")
+        self.wait(lambda seen: "gateway" in seen)  # a proposal is given once, and needs this link
         self.order("takeoff")
         self.all_in("hold")
         self.order("start")
