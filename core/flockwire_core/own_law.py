@@ -20,6 +20,7 @@ from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.swarm.tables import Model
 from flockwire_core.swarm.validation import Problem, problems_of
+from flockwire_core.swarm.wording import shown
 from flockwire_core.wire.information import information_of, relays
 from flockwire_core.wire.law_form import FormError, law_form, packed
 
@@ -79,6 +80,10 @@ def law_problems(swarm: Swarm) -> Iterator[Problem]:
     if mute:
         rule = f"its leaders send messages, but {uav(mute[0])} does not fly: give it the kind 'trajectory'"
         yield Problem("control.law", rule)
+    for place, edge in enumerate(swarm.graph.edges if not declared.signed else ()):
+        if edge[2] < 0.0:
+            rule = f"control.law = {swarm.control.law!r} takes weights above 0 only"
+            yield Problem(f"graph.edges.{place}", rule, shown(edge))
     least, most = declared.leaders
     if hasattr(law, "information") and not least <= len(swarm.leaders) <= most:
         counts = " to ".join(map(str, dict.fromkeys(declared.leaders)))
@@ -213,6 +218,8 @@ def law_check(swarm: Swarm) -> tuple[list[str], list[str], dict[str, float]]:
         return [], [], {}
     formation = swarm.build_formation()
     places = {i: formation.offset(rank, 0.0) for rank, i in enumerate(swarm.followers)}
+    if swarm.sole_leader is not None:
+        places[swarm.sole_leader] = ZERO
     try:
         problems, notes, rates = check(swarm.topology, places, swarm.control.parameters)
         return [*map(str, problems)], [*map(str, notes)], {str(name): float(rate) for name, rate in rates.items()}

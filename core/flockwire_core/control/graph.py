@@ -9,11 +9,11 @@ from flockwire_core.domain.frozen import Frozen
 
 @dataclass(frozen=True, slots=True)
 class Graph(Frozen):
-    """Directed graph over leaders and followers; w_ij > 0 iff i receives from j.
+    """Directed graph over leaders and followers; w_ij is not 0 iff i receives from j.
 
     `followers` and `leaders` have their ids, `edges` one (source, target, weight) = (j, i, w_ij) for each link: the
     target receives from the source. Raises ValueError for an unknown or repeated id, an edge into a leader, a link to
-    itself, a repeated edge or a weight that is not positive and finite.
+    itself, a repeated edge or a weight that is 0 or not finite.
     """
 
     followers: tuple[int, ...]
@@ -35,8 +35,8 @@ class Graph(Frozen):
                 raise ValueError(f"{name}: a drone is not its own neighbour")
             if (source, target) in seen:
                 raise ValueError(f"{name}: listed twice")
-            if not 0.0 < weight < inf:
-                raise ValueError(f"{name}: weight = {weight} must be positive and finite")
+            if not 0.0 < abs(weight) < inf:
+                raise ValueError(f"{name}: weight = {weight} must be finite and not 0")
             seen.add((source, target))
 
     def neighbours(self, i: int) -> dict[int, float]:

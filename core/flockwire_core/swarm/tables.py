@@ -123,9 +123,9 @@ def _edge(ends: object) -> tuple[int, int, float]:
     match ends:
         case [int(source), int(target)]:
             return source, target, 1.0
-        case [int(source), int(target), int(weight) | float(weight)] if 0.0 < weight < inf:
+        case [int(source), int(target), int(weight) | float(weight)] if 0.0 < abs(weight) < inf:
             return source, target, float(weight)
-    raise ValueError("must be [from, to] or [from, to, weight]: two ids of drones, and a weight above 0")
+    raise ValueError("must be [from, to] or [from, to, weight]: two ids of drones, and a weight that is not 0")
 
 
 Edge = Annotated[

@@ -1,0 +1,129 @@
+"""The example of each law in virtual time: as its theorem says, with what it declares alone."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from flockwire_core.domain.time import SECOND
+from flockwire_core.loading import load_swarm
+from flockwire_core.own_law import law_check
+from flockwire_lab.world import EPOCH, World
+
+EXAMPLES = Path(__file__).parents[2] / "laws/examples"
+BEGIN = 5.0  # s, when all fly in formation
+
+
+@cache
+def flown(name: str, duration: float = 20.0) -> dict[int, np.ndarray]:
+    """Return the true positions of all drones from BEGIN on, m, (n, 3), 100 a second, by number."""
+    swarm, found = load_swarm(EXAMPLES / f"{name}.toml"), {}
+
+    def take(published):
+        if published.key.kind == "truth" and published.at >= EPOCH + BEGIN * SECOND:
+            found.setdefault(published.key.owner, []).append(published.sample.message().position)
+
+    World(swarm, 1, duration, tap=take).run()
+    numbers = sorted(int(owner.removeprefix("uav")) for owner in found)
+    least = min(map(len, found.values()))
+    every = max(1, round(least / (100 * (duration - BEGIN))))
+    flight = {i: np.array(found[f"uav{i}"][:least:every]) for i in numbers}
+    return {i: one[: round(90 * (duration - BEGIN))] for i, one in flight.items()}  # before the landing
+
+
+def rate(errors, begin, end):
+    return np.log(errors[round(100 * begin)] / errors[round(100 * end)]) / (end - begin)
+
+
+def slowest(name):
+    return law_check(load_swarm(EXAMPLES / f"{name}.toml"))[2]["slowest"]
+
+
+def shape(flight):
+    points = np.array(list(flight.values()))[..., :2]
+    return np.linalg.norm(points[:, None] - points, axis=-1)  # (n, n, times)
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in EXAMPLES.glob("*.toml")))
+def test_check_finds_no_problem(name):
+    assert law_check(load_swarm(EXAMPLES / f"{name}.toml"))[0] == []
+
+
+def test_consensus_falls_at_its_rate():
+    flight = flown("consensus")
+    places = {1: (0, 1.5), 2: (1.5, 0), 3: (0, -1.5), 4: (-1.5, 0)}
+    errors = np.linalg.norm([flight[i][:, :2] - flight[0][:, :2] - places[i] for i in places], axis=(0, 2))
+    assert rate(errors, 0.0, 3.0) == pytest.approx(slowest("consensus"), rel=0.35)  # a double mode: (1 + c t) exp(-t)
+    assert errors[-1] < 2e-3
+
+
+def test_rigid_reaches_its_shape_and_keeps_its_centre():
+    flight = flown("rigid")
+    distances, side = shape(flight), 1.2 * 2**0.5
+    wanted = np.array([side, side, side, side, 2.4])
+    found = np.array([distances[i, j] for i, j in ((0, 1), (1, 2), (2, 3), (3, 0), (0, 2))])
+    errors = np.linalg.norm(found - wanted[:, None], axis=0)
+    assert errors[-1] < 5e-3
+    centre = np.mean(list(flight.values()), axis=0)[:, :2]
+    assert np.abs(centre - centre[0]).max() < 1e-3
+    assert rate(errors, 2.0, 5.0) == pytest.approx(slowest("rigid"), rel=0.05)
+
+
+def test_bearing_keeps_centre_and_scale():
+    points = np.array(list(flown("bearing").values()))[..., :2]
+    centre = points.mean(axis=0)
+    scale = np.sqrt(np.mean(np.sum((points - centre) ** 2, axis=-1), axis=0))
+    assert np.abs(centre - centre[0]).max() < 1e-3
+    assert np.abs(scale - scale[0]).max() < 1e-3
+    square = scale[-1] * np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])
+    assert points[:, -1] - centre[-1] == pytest.approx(square, abs=0.03)
+
+
+def test_events_keep_the_average_within_the_bound():
+    points = np.array(list(flown("event_triggered").values()))[..., :2]
+    centre = points.mean(axis=0)
+    assert np.abs(centre - centre[0]).max() < 1e-3
+    places = 1.2 * np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])
+    assert np.linalg.norm(points[:, -1] - places - centre[-1]) < 0.05
+
+
+def test_aggregative_ends_at_its_minimum():
+    points = np.array(list(flown("aggregative", 40.0).values()))[:, -1, :2]
+    r, b = 1.2 * np.array([(1, 0), (0, 1), (-1, 0), (0, -1)]), np.array([1.0, 1.0])
+    mean = (r.mean(axis=0) + b) / 2
+    assert points == pytest.approx((r + mean - (mean - b)) / 2, abs=0.02)
+
+
+def test_containment_ends_in_the_hull():
+    flight = flown("containment")
+    fourth = (flight[1] + 2.0 * flight[2])[-1] / 3
+    assert flight[4][-1, :2] == pytest.approx(fourth[:2], abs=0.02)
+    assert flight[5][-1, :2] == pytest.approx(((fourth + flight[3][-1]) / 2)[:2], abs=0.02)
+
+
+def test_affine_keeps_the_shape_of_its_leaders():
+    flight = flown("affine")
+    wanted = {4: (0, 1), 5: (0, -1), 6: (-1, 1), 7: (-1, -1)}
+    base = flight[1][-1, :2] - (2.0, 0.0)
+    assert np.linalg.norm(flight[1][-1] - flight[1][0]) > 0.8
+    for i, place in wanted.items():
+        assert flight[i][-1, :2] == pytest.approx(base + place, abs=0.03)
+
+
+@pytest.mark.parametrize(("name", "least"), [("barrier", 0.498), ("dmpc", 0.45)])
+def test_four_change_places_and_keep_apart(name, least):
+    flight = flown(name)
+    distances = shape(flight) + 9 * np.eye(4)[..., None]
+    assert distances.min() > least
+    places = 2.0 * np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])
+    assert np.array(list(flight.values()))[:, -1, :2] == pytest.approx(places, abs=0.05)
+
+
+def test_flocks_fly_together():
+    flight = flown("flocking")
+    v = np.array([(one[-1] - one[-101])[:2] for one in flight.values()])
+    assert v == pytest.approx(np.tile((0.1, 0.0), (4, 1)), abs=0.02)
+    arena = np.abs(np.array(list(flown("vasarhelyi").values()))[..., :2]).max()
+    assert 1.0 < arena < 4.0
