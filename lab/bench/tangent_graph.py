@@ -1,0 +1,153 @@
+"""The tangent graph: the shortest way among discs, in the plane."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from heapq import heappop, heappush
+from math import atan2, cos, hypot, pi, sin, sqrt, tau
+from typing import Final, NamedTuple
+
+from flockwire_core.control.plane_polygon import Corner
+
+Disc = tuple[float, float, float]
+"""(x, y, r): the points nearer to (x, y) than r, m."""
+
+LONGEST_ARC: Final = 1.2 * pi  # rad: a way that winds farther round one disc is no shortest way
+MOST_EXPANSIONS: Final = 40  # of one search: bounds the cost of a step
+_TOUCH: Final = 1e-6  # m by which a way may enter a disc: rounding
+
+Edge = tuple[float, float, float, float, float, float]
+"""Where a tangent leaves and arrives, x and y, m; its direction, a unit vector."""
+
+
+class Way(NamedTuple):
+    """A shortest way: its length, m, the point `ahead` m along it, and whether it is straight."""
+
+    length: float
+    ahead: Corner
+    is_straight: bool
+
+
+def tangent(start: Disc, end: Disc) -> Edge | None:
+    """Return the tangent from one circle to another one, None if there is none.
+
+        d = c_e − c_s,   n·d = r_e − r_s,   u·d = sqrt(d² − (r_e − r_s)²),   p_k = c_k − r_k n        (ours)
+
+    u is its direction and n the normal to the left. A radius r has a sign: > 0 where the circle lies to the left of the
+    way, which goes round it counter-clockwise, < 0 to the right; 0 is a point.
+    """
+    (ax, ay, a), (bx, by, b) = start, end
+    dx, dy, more = bx - ax, by - ay, b - a
+    square = dx * dx + dy * dy
+    along = square - more * more
+    if along <= 0.0:
+        return None
+    along = sqrt(along)
+    ux, uy = (along * dx + more * dy) / square, (along * dy - more * dx) / square
+    return (ax + a * uy, ay - a * ux, bx + b * uy, by - b * ux, ux, uy)
+
+
+def is_free(edge: Edge, discs: Sequence[Disc], start: int, end: int) -> bool:
+    """Return whether a segment is outside all discs but those numbered `start` and `end`."""
+    px, py, qx, qy, ux, uy = edge
+    length = (qx - px) * ux + (qy - py) * uy
+    for k in range(len(discs)):
+        if k in (start, end):
+            continue
+        cx, cy, r = discs[k]
+        x, y = cx - px, cy - py
+        least = r - _TOUCH
+        t = min(max(x * ux + y * uy, 0.0), length)
+        x, y = x - t * ux, y - t * uy
+        if least > 0.0 and x * x + y * y < least * least:
+            return False
+    return True
+
+
+def arc(side: float, arrival: Edge, departure: Edge) -> float:
+    """Return the angle, rad, that the way turns to its `side` between two tangents of one circle."""
+    _, _, _, _, ux, uy = arrival
+    _, _, _, _, vx, vy = departure
+    angle = side * atan2(ux * vy - uy * vx, ux * vx + uy * vy)
+    return angle + tau if angle < -1e-9 else max(angle, 0.0)
+
+
+def _is_arc_free(number: int, side: float, arrival: Edge, angle: float, discs: Sequence[Disc]) -> bool:
+    """Return whether an arc of a disc, whose ends are free, is outside all others."""
+    cx, cy, r = discs[number]
+    ax, ay = side * arrival[5], -side * arrival[4]  # from the centre to where it begins
+    for k in range(len(discs)):
+        x, y, other = discs[k][0] - cx, discs[k][1] - cy, discs[k][2] - _TOUCH
+        square = x * x + y * y
+        if k == number or square >= (r + other) * (r + other) or (other < r and square <= (r - other) * (r - other)):
+            continue
+        towards = side * atan2(ax * y - ay * x, ax * x + ay * y)
+        if (towards if towards >= 0.0 else towards + tau) <= angle:
+            return False
+    return True
+
+
+def shortest_way(start: Corner, goal: Corner, discs: Sequence[Disc], ahead: float, right: float) -> Way | None:
+    """Return the shortest way from `start` to `goal`, m, outside all `discs`, None if there is none.
+
+    A* over (disc, side): g is the length up to where the way arrives at a disc, h the straight rest. A tangent, and the
+    arc before it, is tested when its turn comes. A way that first passes a disc on its left is longer by `right` m:
+    drones that meet then choose alike. Start and goal must be outside the discs.
+    """
+    count = len(discs)
+    (gx, gy), end = goal, (goal[0], goal[1], 0.0)
+    queue: list[tuple[float, float, int, int, float, float, Edge]] = []  # f, g, node before, disc, side, arc, tangent
+    nodes: list[tuple[int, int, float, float, Edge]] = []  # settled: node before, disc, side, arc before, tangent
+    closed: set[tuple[int, float]] = set()
+    last, at, g, here, side, arrival = -1, (start[0], start[1], 0.0), 0.0, -1, 0.0, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    while len(nodes) < MOST_EXPANSIONS:
+        for k in range(count + 1):
+            for to in (1.0, -1.0) if k < count else (0.0,):
+                if k == here or (k, to) in closed:
+                    continue
+                edge = tangent(at, (discs[k][0], discs[k][1], to * discs[k][2]) if k < count else end)
+                if edge is None:
+                    continue
+                turn = arc(side, arrival, edge) if here >= 0 else 0.0
+                if turn <= LONGEST_ARC:
+                    length = g + abs(at[2]) * turn + hypot(edge[2] - edge[0], edge[3] - edge[1])
+                    length += right if here < 0 and to < 0.0 else 0.0
+                    heappush(queue, (length + hypot(gx - edge[2], gy - edge[3]), length, last, k, to, turn, edge))
+        while queue:
+            _, g, before, k, to, turn, arrival = heappop(queue)
+            if (k, to) in closed:
+                continue
+            disc, way_in = (nodes[before][1], nodes[before][4]) if before >= 0 else (-1, arrival)
+            if not is_free(arrival, discs, disc, k):
+                continue
+            if before < 0 or turn == 0.0 or _is_arc_free(disc, nodes[before][2], way_in, turn, discs):
+                break
+        else:
+            return None
+        nodes.append((before, k, to, turn, arrival))
+        closed.add((k, to))
+        if k == count:
+            return _found(nodes, discs, g, ahead)
+        last, here, side = len(nodes) - 1, k, to
+        at = (discs[k][0], discs[k][1], to * discs[k][2])
+    return None
+
+
+def _found(nodes: list[tuple[int, int, float, float, Edge]], discs: Sequence[Disc], length: float, ahead: float) -> Way:
+    """Return the way that ends at the last of the settled `nodes`."""
+    node, turn = nodes[-1], 0.0
+    straight = node[0] < 0
+    while node[0] >= 0:
+        turn, node = node[3], nodes[node[0]]
+    _, k, side, _, (px, py, qx, qy, ux, uy) = node
+    first = hypot(qx - px, qy - py)
+    if straight or ahead <= first:
+        part = min(ahead, first)
+        return Way(length, (px + part * ux, py + part * uy), straight)
+    x, y, r = discs[k]
+    angle = side * min((ahead - first) / r, turn)
+    c, s, dx, dy = cos(angle), sin(angle), qx - x, qy - y
+    rest = max(ahead - first - r * turn, 0.0)  # then along the next tangent
+    return Way(
+        length, (x + c * dx - s * dy + rest * (c * ux - s * uy), y + s * dx + c * dy + rest * (s * ux + c * uy)), False
+    )
