@@ -18,6 +18,8 @@ from pathlib import Path
 from flockwire_core.domain.time import SECOND
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.inbox import BURST
+from flockwire_core.wire.information import information_of
+from flockwire_core.wire.law_form import law_form
 from flockwire_core.wire.schemas import schema_text
 
 from flockwire_recorder.chunked import ChunkedWriter
@@ -41,6 +43,8 @@ def describe(
     `toml` is the swarm file's text, `seed` that of the run, `started` its Unix time in ns; `notes` are
     added.
     """
+    form = law_form(information_of(swarm))
+    law_fields = {"law_fields": form.definition} if form is not None else {}
     machine = {"zenoh": version("eclipse-zenoh"), "python": platform.python_version(), "host": platform.node()}
     return {
         "swarm": swarm.model_dump_json(),
@@ -49,6 +53,7 @@ def describe(
         **({"world": "virtual"} if virtual else machine),
         "seed": str(seed),
         "started": datetime.fromtimestamp(started // SECOND, UTC).isoformat(),
+        **law_fields,
         **(notes or {}),
     }
 
@@ -72,6 +77,7 @@ class TraceWriter:
         self.dropped = 0
         self._path = path
         self._failed = False
+        self._law_fields = metadata.get("law_fields", "")  # of the messages of its law
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
         self._publishers: dict[str, dict[bytes, int]] = {}  # number of each, by topic
@@ -138,7 +144,7 @@ class TraceWriter:
     def _register(self, topic: str, ros_type: str) -> int:
         schema = self._schemas.get(ros_type)
         if schema is None:
-            schema = self._writer.register_schema(ros_type, "ros2msg", schema_text(ros_type).encode())
+            schema = self._writer.register_schema(ros_type, "ros2msg", schema_text(ros_type, self._law_fields).encode())
             self._schemas[ros_type] = schema
         self._publishers[topic] = {}
         return self._writer.register_channel(topic, "cdr", schema, {})

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from math import hypot
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,6 +19,9 @@ from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.law_form import FormError, LawForm
 from flockwire_core.wire.plan import Plan
+from flockwire_lab.flight import Flight, fly_recorded
+from rosbags.highlevel import AnyReader
+from rosbags.typesys import Stores, get_typestore
 
 BOTH = [[0, 1], [1, 2], [2, 1], [2, 3], [3, 2], [3, 4]]
 
@@ -301,10 +305,27 @@ def test_a_leader_sends_what_the_law_has_it_send(fly_law: Callable[..., Any]) ->
     assert not any(h.leads for n, o in Led.seen if n == 3 for h in o.heard)  # it has no edge from the leader
 
 
+def test_a_foreign_reader_reads_the_fields_of_the_laws_messages(
+    make_swarm: Callable[..., Swarm], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setitem(sys.modules, "interface_law", sys.modules[__name__])
+    Law.seen = []
+    swarm = make_swarm({"control.law": "interface_law:Led"})
+    path = tmp_path / "trace.mcap"
+    fly_recorded(Flight(swarm, 0, 5.0), "", path, lambda _: None)
+    with AnyReader([path], default_typestore=get_typestore(Stores.EMPTY)) as reader:
+        topic = [one for one in reader.connections if one.topic.endswith("uav0/law")]
+        contents = [reader.deserialize(raw, one.msgtype).contents for one, _, raw in reader.messages(topic)]
+    last = next(one[-1] for one in reversed(contents) if len(one))
+    assert len(last.place) == 3
+    assert abs(last.parts_0) < 0.2  # m/s
+    assert last.parts_1 == 2
+
+
 def test_the_laws_own_check_is_asked(make_swarm: Callable[..., Swarm], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "interface_law", sys.modules[__name__])
     Law.seen = []
     swarm = make_swarm({"control.law": "interface_law:Led"})
-    assert law_check(swarm) == (["the graph is too thin"], ["thin"], {"slowest": 1.0})
+    assert law_check(swarm) == (["the graph is too thin"], ["thin"], {"slowest": 0.25 * 5})
     monkeypatch.setattr(Led, "check", lambda *_: 1 / 0)
     assert "its check fails: ZeroDivisionError" in law_check(swarm)[0][0]

@@ -36,6 +36,7 @@ ROS_TYPES: dict[type[Message], str] = {
     Batch: "flockwire_msgs/msg/Batch",
 }
 
+LAW_CONTENT = "flockwire_msgs/msg/LawContent"
 DEFINITIONS = {
     "builtin_interfaces/msg/Time": "int32 sec\nuint32 nanosec",
     "std_msgs/msg/Header": "builtin_interfaces/Time stamp\nstring frame_id",
@@ -61,7 +62,7 @@ DEFINITIONS = {
     "flockwire_msgs/msg/LawMessage": (
         "std_msgs/Header header\nuint64 epoch\nuint64 sequence\nflockwire_msgs/LawContent[] contents"
     ),
-    "flockwire_msgs/msg/LawContent": "uint64 stamp",  # and the fields of the law's message
+    LAW_CONTENT: "uint64 stamp",  # and the fields of the law's message
     "flockwire_msgs/msg/SeenDrone": (
         "int32 number\nfloat64 age\nfloat64[] bearing\nfloat64[] distance\nfloat64[] position\nfloat64[] velocity"
     ),
@@ -107,15 +108,17 @@ DEFINITIONS = {
 }
 
 
-def schema_text(ros_type: str) -> str:
+def schema_text(ros_type: str, law_fields: str = "") -> str:
     """Return the definition of `ros_type` followed by its dependencies, in MCAP's ros2msg encoding.
 
-    Raises KeyError for a type that is not in DEFINITIONS.
+    `law_fields` (LawForm.definition) are those of the law's messages. Raises KeyError for a type that is not in
+    DEFINITIONS.
     """
     names = [ros_type]
     for name in names:  # which grows
         names += [needed for needed in dict.fromkeys(_needs(name)) if needed not in names]
-    parts = (f"{'=' * 80}\nMSG: {name.replace('/msg/', '/')}\n{DEFINITIONS[name]}" for name in names[1:])
+    found = DEFINITIONS | {LAW_CONTENT: DEFINITIONS[LAW_CONTENT] + law_fields}
+    parts = (f"{'=' * 80}\nMSG: {name.replace('/msg/', '/')}\n{found[name]}" for name in names[1:])
     return "\n".join([DEFINITIONS[ros_type], *parts]) + "\n"
 
 
