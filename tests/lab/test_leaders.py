@@ -13,6 +13,9 @@ from flockwire_analysis.summary import summarise
 from flockwire_lab.flight import Flight, fly_in_memory
 
 BOTH = [[1, 2], [2, 1], [2, 3], [3, 2], [1, 3], [3, 1]]
+HULL = [[1, 4], [2, 4], [3, 5], [4, 5], [5, 4]]
+STILL, SLOW = ({"kind": "constant", "velocity": [speed, 0.0, 0.0]} for speed in (0.0, 0.05))
+PATHS = {"trajectory": STILL, "3": {"trajectory": SLOW}}
 STARTS = {1: [3.0, 0.0, 0.0], 2: [-3.0, 2.0, 0.0], 3: [-3.0, -2.0, 0.0], 4: [0.0, -3.0, 0.0], 5: [0.0, 4.0, 0.0]}
 
 
@@ -45,10 +48,7 @@ def test_without_a_leader_all_agree_on_a_place_and_keep_its_height(fly_led: Call
 
 
 def test_three_leaders_fly_their_own_paths_and_contain_the_others(fly_led: Callable[..., Trace]) -> None:
-    still, slow = ({"kind": "constant", "velocity": [speed, 0.0, 0.0]} for speed in (0.0, 0.05))
-    edges = [[1, 4], [2, 4], [3, 5], [4, 5], [5, 4]]
-    leader = {"trajectory": still, "3": {"trajectory": slow}}
-    trace = fly_led([1, 2, 3], range(1, 6), "containment:AtRest", edges, leader=leader)
+    trace = fly_led([1, 2, 3], range(1, 6), "containment:AtRest", HULL, leader=PATHS)
     assert [check.name for check in summarise(trace).checks if not check.ok] == []
     tail = {i: trace.positions(i).values[-400] for i in STARTS}
     moved = {i: float(np.ptp(trace.positions(i).values[-1500:-400, 0])) for i in (1, 2, 3)}
@@ -56,3 +56,12 @@ def test_three_leaders_fly_their_own_paths_and_contain_the_others(fly_led: Calla
     assert max(moved[1], moved[2]) < 0.05
     assert tail[4] == pytest.approx((tail[1] + tail[2] + tail[5]) / 3.0, abs=0.1)
     assert tail[5] == pytest.approx((tail[3] + tail[4]) / 2.0, abs=0.1)
+
+
+def test_followers_that_hear_their_leaders_velocities_trail_no_more(fly_led: Callable[..., Trace]) -> None:
+    trace = fly_led([1, 2, 3], range(1, 6), "containment:Containment", HULL, leader=PATHS)
+    flows = {flow.key.owner: (flow.publishers, flow.subscribers) for flow in trace.plan.flows if flow.key.kind == "law"}
+    assert flows["uav3"] == (("leader3",), ("uav5",))
+    tail = summarise(trace).formation_error_m.max_tail
+    assert tail is not None
+    assert tail < 0.002  # without their messages 15 mm
