@@ -17,6 +17,7 @@ from flockwire_core.law import Decision, Heard, Observation, Output, Place, Sens
 from flockwire_core.own_law import make_law
 from flockwire_core.parameters import auction_parameters, law_settings, pilot_parameters
 from flockwire_core.pilot.law_messages import Hearing, LawSender
+from flockwire_core.pilot.leadership import Leadership
 from flockwire_core.pilot.neighbourhood import Neighbourhood
 from flockwire_core.pilot.orders import flown_place, is_known
 from flockwire_core.pilot.pilot import Pilot, shown
@@ -99,6 +100,7 @@ class AgentCore:
             self._auction = PlaceAuction(auction_parameters(swarm), number, self._frame, pilot.born)
             self._waiting = WaitingPlace(parameters)  # where it waits for a place
         self._judged: tuple[Observation, Decision] | None = None  # the formation of the error
+        self._leadership = Leadership(swarm)
         self._take: dict[Key, Callable[[Any], None]] = {  # handlers of messages, by key
             **{Key("pose", uav(j)): self._neighbourhood.take_pose(j) for j in neighbours},
             **{Key("estimate", uav(j)): self._neighbourhood.take_estimate(j) for j in neighbours},
@@ -109,6 +111,7 @@ class AgentCore:
                 if self._auction
                 else {}
             ),
+            **self._leadership.handlers,
             **pilot.handlers,
         }
 
@@ -127,7 +130,7 @@ class AgentCore:
         pilot, neighbourhood = self._pilot, self._neighbourhood
         estimates = neighbourhood.update(now) if self._relays else []
         silence, missing = self._update(now)
-        leader_down = neighbourhood.leading is Leading.IS_DOWN
+        leader_down = neighbourhood.leading is Leading.IS_DOWN or self._leadership.is_down(now)
         failure = self._law.failure.text if self._law.failure is not None else ""
         if not failure and neighbourhood.agreement.contradicted:
             failure = neighbourhood.agreement.reason(now)

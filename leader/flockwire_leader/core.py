@@ -8,6 +8,8 @@ from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, subtract
 from flockwire_core.parameters import detour_parameters, pilot_parameters
+from flockwire_core.pilot.leadership import LeaderSign
+from flockwire_core.pilot.neighbourhood import LEADING_PHASES
 from flockwire_core.pilot.pilot import Pilot
 from flockwire_core.process.cores import Start
 from flockwire_core.swarm.model import Swarm
@@ -39,7 +41,7 @@ class FlyingLeader:
         ahead = airframe.lag + airframe.dead_time  # s
         self._leads_stopping = pilot.guard is not None and (ahead > 0.0 or pilot.disturbance > 0.0)
         self._teleoperation = Teleoperation(swarm, number) if swarm.leading[number].steered else None
-        self._lead = LeadMessages(swarm, number, now)
+        self._lead, self._sign = LeadMessages(swarm, number, now), LeaderSign(swarm, number)
         self._flown: Mission | None = None  # the order of the course
 
     def receive(self, key: Key, message: Message, now: int) -> None:
@@ -60,7 +62,7 @@ class FlyingLeader:
         was = pilot.flight.phase
         phase = pilot.observe(now, SILENCE, (), "", list)
         wanted = self._wanted(was, now) if phase is Phase.FORMATION else ZERO
-        messages = pilot.command(wanted, now)
+        messages = [*pilot.command(wanted, now), *self._sign.messages(phase in LEADING_PHASES, now)]
         mission = pilot.flight.mission
         t = (now - mission.start) / SECOND if phase is Phase.FORMATION and mission is not None else 0.0
         return [*messages, *self._lead.messages(t, pilot.motion, pilot.sent, pilot.dt, now)]

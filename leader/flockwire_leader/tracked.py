@@ -5,6 +5,7 @@ from __future__ import annotations
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
+from flockwire_core.pilot.leadership import LeaderSign
 from flockwire_core.pilot.orders import Orders
 from flockwire_core.pilot.phases import NEVER, age
 from flockwire_core.process.cores import Ground
@@ -24,6 +25,7 @@ class TrackedLeader(Ground):
         self._limit = swarm.limits.staleness.pose_zero  # s
         self._pose_key = Key("pose", uav(number))
         self._pose: Pose | None = None
+        self._sign = LeaderSign(swarm, number)
         self._orders = Orders()
         self.prompt = frozenset({MISSION})
 
@@ -34,6 +36,11 @@ class TrackedLeader(Ground):
                 self._pose = message
             case Mission():
                 self._orders.take(message, now)
+
+    def step(self, now: int) -> list[tuple[Key, Message]]:
+        """Publish that it leads, while the tracker sees the body."""
+        pose = self._pose
+        return self._sign.messages(pose is not None and age(pose.stamp, now) <= self._limit, now)
 
     def report(self, now: int) -> Report:
         """Return the leader's status."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
+from flockwire_core.pilot.leadership import LeaderSign
 from flockwire_core.pilot.moving_point import MovingPoint
 from flockwire_core.process.cores import Ground
 from flockwire_core.swarm.model import Swarm, uav
@@ -20,6 +21,7 @@ class VirtualLeader(Ground):
         super().__init__()
         self.prompt = frozenset({MISSION})
         self._frame, self.period = swarm.frame, 1.0 / swarm.control.rate_hz
+        self._sign = LeaderSign(swarm, number)
         self._pose_key, leader = Key("pose", uav(number)), swarm.leading[number]
         self._point = MovingPoint(leader.trajectory.build(), leader.start)
 
@@ -30,7 +32,8 @@ class VirtualLeader(Ground):
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Publish the point's position at `now`."""
-        return [(self._pose_key, Pose(now, self._frame, self._point.advance(now)))]
+        pose = Pose(now, self._frame, self._point.advance(now))
+        return [(self._pose_key, pose), *self._sign.messages(True, now)]
 
     def report(self, now: int) -> Report:
         """Return the leader's status."""

@@ -10,6 +10,8 @@ import pytest
 from flockwire_analysis.graph_picture import graph_picture
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.summary import summarise
+from flockwire_core.wire.plan import Plan
+from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.flight import Flight, fly_in_memory
 
 BOTH = [[1, 2], [2, 1], [2, 3], [3, 2], [1, 3], [3, 1]]
@@ -17,6 +19,12 @@ HULL = [[1, 4], [2, 4], [3, 5], [4, 5], [5, 4]]
 STILL, SLOW = ({"kind": "constant", "velocity": [speed, 0.0, 0.0]} for speed in (0.0, 0.05))
 PATHS = {"trajectory": STILL, "3": {"trajectory": SLOW}}
 STARTS = {1: [3.0, 0.0, 0.0], 2: [-3.0, 2.0, 0.0], 3: [-3.0, -2.0, 0.0], 4: [0.0, -3.0, 0.0], 5: [0.0, 4.0, 0.0]}
+
+
+LED: dict[str, Any] = {
+    "leaders": [1, 2, 3], "leader": PATHS, "graph.edges": HULL, "obstacles": [], "avoidance.sensing": "nearby",
+    "formation": {"kind": "circle", "radius": 1.0}, "drones": [{"id": i, "start": at} for i, at in STARTS.items()],
+}  # fmt: skip
 
 
 @pytest.fixture
@@ -65,3 +73,20 @@ def test_followers_that_hear_their_leaders_velocities_trail_no_more(fly_led: Cal
     tail = summarise(trace).formation_error_m.max_tail
     assert tail is not None
     assert tail < 0.002  # without their messages 15 mm
+
+
+@pytest.mark.parametrize("law", ["containment:AtRest", "containment:Containment"])
+def test_one_of_three_leaders_is_lost_and_all_hold_then_land(make_swarm: Callable[..., Any], law: str) -> None:
+    swarm = make_swarm(LED | {"control.law": f"flockwire_laws.{law}"})
+    kill = parse_faults({"faults": [{"at": 8.0, "kind": "kill", "process": "leader3"}]}, Plan(swarm), "test")
+    _, trace = fly_in_memory(Flight(swarm, 0, 20.0, kill), lambda _: None)
+    for pilot in ("uav4", "uav5"):  # uav4 has no edge from the lost leader
+        told = [(change.stamp, change.phase) for change in trace.states[pilot]]
+        phases = [phase for _, phase in told]
+        assert phases[phases.index("formation") :][:3] == ["formation", "hold", "landing"]
+        held = next(stamp for stamp, phase in told[phases.index("formation") :] if phase == "hold")
+        silent = swarm.limits.staleness.leader_silent
+        assert (held - trace.missions[0].stamp) / 1e9 == pytest.approx(8.0 + silent, abs=0.3)
+    assert "hold" not in [mission.verb for mission in trace.missions]  # nobody ordered it
+    flows = {flow.key.owner: flow.subscribers for flow in trace.plan.flows if flow.key.kind == "leads"}
+    assert set(flows["uav3"]) >= {"uav4", "uav5"}

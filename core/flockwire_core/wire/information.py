@@ -44,3 +44,9 @@ def sees(swarm: Swarm) -> bool:
     """Return whether the law sees drones."""
     declared = information_of(swarm)
     return declared.neighbours is not Sense.NOTHING or (declared.around is not Sense.NOTHING and declared.radius > 0.0)
+
+
+def signs(swarm: Swarm) -> tuple[int, ...]:
+    """Return the leaders that give every follower a sign: all, for a law that knows more of others than estimates."""
+    needed = information_of(swarm).leaders[1] > 0 and (sees(swarm) or speakers(swarm))
+    return tuple(swarm.leading) if needed else ()

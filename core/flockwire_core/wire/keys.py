@@ -25,7 +25,7 @@ from flockwire_core.swarm.leader import Leader
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.batch import LARGEST, PERIOD, Batch
 from flockwire_core.wire.codec import Message
-from flockwire_core.wire.information import relays, sees, speakers
+from flockwire_core.wire.information import relays, sees, signs, speakers
 from flockwire_core.wire.processes import (
     AGENT,
     DRIVER,
@@ -48,6 +48,7 @@ ANY_TIME = 4e9  # s
 
 
 BATCH = "batch"  # the kind of key of messages for the recorder alone
+LEADS = "leads"  # the kind of key by which a leader tells every follower that it leads
 STEERING = "steering"  # the kind of key that steers the leader
 
 
@@ -231,6 +232,7 @@ _FLYING = _drones(lambda swarm: swarm.flying)
 _RELAYING = _drones(lambda swarm: swarm.followers if relays(swarm) else ())
 _SPEAKING = _drones(speakers)
 _SEEING = _drones(lambda swarm: swarm.followers if sees(swarm) else ())
+_SIGNS = _drones(signs)
 _BIDDERS = _drones(lambda swarm: swarm.followers if swarm.auctioned else ())
 _SIGNALLING = _drones(lambda swarm: swarm.followers if swarm.control.own_law else ())
 _POSED = _drones(lambda swarm: tuple(sorted({*swarm.leaders, *swarm.tracked})))
@@ -246,6 +248,7 @@ TABLE = (
     KeyRow("estimate", Estimate, _RELAYING, _pilot, _any_of(_neighbours, _all(ROS)), 1000, 512),
     KeyRow("law", LawMessage, _SPEAKING, _pilot, _neighbours, 1000, 20480),
     KeyRow("bids", Bids, _BIDDERS, _pilot, _neighbours, 1000, 16384, occasional=True),
+    KeyRow(LEADS, Signals, _SIGNS, _pilot, _all(AGENT), 60, 512, occasional=True),
     KeyRow("signals", Signals, _SIGNALLING, _pilot, _all(), 1000, 8192, occasional=True),
     KeyRow("command", Command, _FLYING, _pilot, _any_of(_driver, _all(ROS)), 1000, 512),
     KeyRow("telemetry", Telemetry, _FLYING, _driver, _any_of(_pilot, _all(*ORDERING, ROS)), 40, 512),
