@@ -26,7 +26,8 @@ from flockwire_core.wire.keys import Key
 from flockwire_lab.faults.kinds import Kill
 from flockwire_twins.kinematics.core import AirframeConditions
 
-PLAIN = {int: 1, float: 1.5, str: "a", bool: True, bytes: b"a", object: "a", type(None): None, typing.Any: "a"}
+PLAIN = {int: 1, float: 1.5, str: "a", bool: True, bytes: b"a", object: "a", type: float, typing.Any: "a"}
+PLAIN[type(None)] = None
 ROW, FLOWN = Line(2, 1.0, 0.0, 0.5), load_swarm(ROOT / "examples/paper_simulation.toml")
 EXAMPLES = {
     Graph: Graph((1, 2), ((0, 1, 1.0), (1, 2, 0.5))),

@@ -63,6 +63,9 @@ class BufferedSession:
         """Keep the statuses."""
         self.statuses += [message for _, message in messages]
 
+    def guard(self):
+        """Shut nobody out: it has no socket."""
+
     def linked(self):
         """Return nobody."""
         return ()

@@ -9,6 +9,7 @@ from pathlib import Path
 import grimp
 import pytest
 from flockwire_core.extras import remedy
+from flockwire_core.swarm.laws import BUILT_IN
 from flockwire_core.wire.processes import PROCESSES
 
 ROOT = Path(__file__).parents[3]
@@ -64,6 +65,7 @@ def test_the_commands_that_run_a_process_import_what_the_base_install_has(graph)
 
 def test_the_base_install_has_nothing_that_no_process_imports(graph):
     used = set().union(*(imported(graph, row.core, row.runner, row.standalone) for row in STARTED))
+    used |= imported(graph, *BUILT_IN.values())  # an agent loads its law by name
     assert used == BASE
 
 
