@@ -117,7 +117,7 @@ def sightings(flown: Any, number: int) -> list[Any]:
 
 
 def test_a_law_sees_bearings_of_its_in_neighbours_and_nothing_else(fly_law: Callable[..., Any]) -> None:
-    flown = fly_law(Bearings, duration=5.0)
+    flown = fly_law(Bearings, duration=3.0)
     for sighting in sightings(flown, 2):
         assert {one.number for one in sighting.neighbours} <= {1, 3}
         assert sighting.around == ()
@@ -130,7 +130,7 @@ def test_a_law_sees_bearings_of_its_in_neighbours_and_nothing_else(fly_law: Call
 
 
 def test_who_is_around_has_no_number_unless_the_law_asks(fly_law: Callable[..., Any]) -> None:
-    near = [one for s in sightings(fly_law(Around, duration=5.0), 2) for one in s.around]
+    near = [one for s in sightings(fly_law(Around, duration=3.0), 2) for one in s.around]
     assert near
     assert {one.number for one in near} == {-1}
     assert all(0.0 < one.distance < 4.0 and one.position is None and one.velocity is not None for one in near)
@@ -139,7 +139,7 @@ def test_who_is_around_has_no_number_unless_the_law_asks(fly_law: Callable[..., 
 def test_a_law_that_declares_nothing_receives_nothing(
     fly_law: Callable[..., Any], make_swarm: Callable[..., Swarm]
 ) -> None:
-    flown = fly_law(Nothing, duration=3.0)
+    flown = fly_law(Nothing, duration=1.0)
     plan = Plan(flown.world.plan.swarm)
     received = {key.kind for i in range(1, 5) for key in plan.subscribes[uav(i)]}
     assert received == {"pose", "nearby", "telemetry", "mission", "stop"}  # its own, for its pilot
@@ -147,7 +147,7 @@ def test_a_law_that_declares_nothing_receives_nothing(
 
 
 def test_both_ends_of_an_edge_are_of_one_time(fly_law: Callable[..., Any]) -> None:
-    flown = fly_law(Law, duration=6.0)
+    flown = fly_law(Law, duration=4.0)
     one, other = (
         {s.stamp: n.position for s in sightings(flown, i) for n in s.neighbours if n.number == j}
         for i, j in ((2, 3), (3, 2))
@@ -158,7 +158,7 @@ def test_both_ends_of_an_edge_are_of_one_time(fly_law: Callable[..., Any]) -> No
 
 
 def test_accelerations_and_arrays_fly(fly_law: Callable[..., Any]) -> None:
-    flown = fly_law(Accelerating, {"limits.acceleration": 5.0, "formation.rate": 0.0}, duration=18.0)
+    flown = fly_law(Accelerating, {"limits.acceleration": 5.0, "formation.rate": 0.0}, duration=13.0)
     assert flown.outcome.failure == ""
     last = [o for number, o in Accelerating.seen if number == 1 and o.place is not None][-1]
     (leader,) = (one for one in last.neighbours if one.leads)
@@ -171,7 +171,7 @@ def test_rounds_arrive_in_order_without_a_gap_over_a_lossy_network_and_twice_the
 ) -> None:
     flights = []
     for _ in range(2):
-        fly_law(Rounds, {"sim.loss": 0.1}, duration=6.0)
+        fly_law(Rounds, {"sim.loss": 0.1}, duration=4.0)
         flights.append([(n, h.number, h.sequence, h.content) for n, o in Rounds.seen for h in o.news])
         assert max(o.news[-1].content.round for _, o in Rounds.seen if o.news) > 50
         for i, j in ((1, 2), (2, 1), (2, 3), (3, 2)):
@@ -181,7 +181,7 @@ def test_rounds_arrive_in_order_without_a_gap_over_a_lossy_network_and_twice_the
 
 
 def test_a_plan_counts_exactly_at_its_deadline(fly_law: Callable[..., Any]) -> None:
-    fly_law(Planned, duration=5.0)
+    fly_law(Planned, duration=4.0)
     ages = [o.now - o.plan for _, o in Planned.seen if o.plan is not None and o.place is not None]
     assert len(ages) > 50
     assert min(ages) >= 50_000_000
@@ -296,7 +296,7 @@ class Led(Law):
 
 
 def test_a_leader_sends_what_the_law_has_it_send(fly_law: Callable[..., Any]) -> None:
-    flown = fly_law(Led, duration=9.0)
+    flown = fly_law(Led, duration=6.0)
     heard = [h for n, o in Led.seen if n == 1 and o.place is not None for h in o.heard if h.leads]
     assert len(heard) > 100
     assert heard[-1].content.round > 1000
@@ -312,7 +312,7 @@ def test_a_foreign_reader_reads_the_fields_of_the_laws_messages(
     Law.seen = []
     swarm = make_swarm({"control.law": "interface_law:Led"})
     path = tmp_path / "trace.mcap"
-    fly_recorded(Flight(swarm, 0, 5.0), "", path, lambda _: None)
+    fly_recorded(Flight(swarm, 0, 3.5), "", path, lambda _: None)
     with AnyReader([path], default_typestore=get_typestore(Stores.EMPTY)) as reader:
         topic = [one for one in reader.connections if one.topic.endswith("uav0/law")]
         contents = [reader.deserialize(raw, one.msgtype).contents for one, _, raw in reader.messages(topic)]

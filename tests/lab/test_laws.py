@@ -59,6 +59,7 @@ def test_consensus_falls_at_its_rate():
     assert errors[-1] < 2e-3
 
 
+@pytest.mark.long
 def test_rigid_reaches_its_shape_and_keeps_its_centre():
     flight = flown("rigid")
     distances, side = shape(flight), 1.2 * 2**0.5
@@ -71,6 +72,7 @@ def test_rigid_reaches_its_shape_and_keeps_its_centre():
     assert rate(errors, 2.0, 5.0) == pytest.approx(slowest("rigid"), rel=0.05)
 
 
+@pytest.mark.long
 def test_bearing_keeps_centre_and_scale():
     points = np.array(list(flown("bearing").values()))[..., :2]
     centre = points.mean(axis=0)
@@ -81,6 +83,7 @@ def test_bearing_keeps_centre_and_scale():
     assert points[:, -1] - centre[-1] == pytest.approx(square, abs=0.03)
 
 
+@pytest.mark.long
 def test_events_keep_the_average_within_the_bound():
     points = np.array(list(flown("event_triggered").values()))[..., :2]
     centre = points.mean(axis=0)
@@ -89,6 +92,7 @@ def test_events_keep_the_average_within_the_bound():
     assert np.linalg.norm(points[:, -1] - places - centre[-1]) < 0.05
 
 
+@pytest.mark.long
 def test_aggregative_ends_at_its_minimum():
     points = np.array(list(flown("aggregative", 40.0).values()))[:, -1, :2]
     r, b = 1.2 * np.array([(1, 0), (0, 1), (-1, 0), (0, -1)]), np.array([1.0, 1.0])
@@ -103,6 +107,7 @@ def test_containment_ends_in_the_hull():
     assert flight[5][-1, :2] == pytest.approx(((fourth + flight[3][-1]) / 2)[:2], abs=0.02)
 
 
+@pytest.mark.long
 def test_affine_keeps_the_shape_of_its_leaders():
     flight = flown("affine")
     wanted = {4: (0, 1), 5: (0, -1), 6: (-1, 1), 7: (-1, -1)}
@@ -112,7 +117,7 @@ def test_affine_keeps_the_shape_of_its_leaders():
         assert flight[i][-1, :2] == pytest.approx(base + place, abs=0.03)
 
 
-@pytest.mark.parametrize(("name", "least"), [("barrier", 0.498), ("dmpc", 0.45)])
+@pytest.mark.parametrize(("name", "least"), [pytest.param("barrier", 0.498, marks=pytest.mark.long), ("dmpc", 0.45)])
 def test_four_change_places_and_keep_apart(name, least):
     flight = flown(name)
     distances = shape(flight) + 9 * np.eye(4)[..., None]
@@ -121,6 +126,7 @@ def test_four_change_places_and_keep_apart(name, least):
     assert np.array(list(flight.values()))[:, -1, :2] == pytest.approx(places, abs=0.05)
 
 
+@pytest.mark.long
 def test_flocks_fly_together():
     flight = flown("flocking")
     v = np.array([(one[-1] - one[-101])[:2] for one in flight.values()])

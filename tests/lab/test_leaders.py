@@ -56,7 +56,7 @@ def test_without_a_leader_all_agree_on_a_place_and_keep_its_height(fly_led: Call
 
 
 def test_three_leaders_fly_their_own_paths_and_contain_the_others(fly_led: Callable[..., Trace]) -> None:
-    trace = fly_led([1, 2, 3], range(1, 6), "containment:AtRest", HULL, leader=PATHS)
+    trace = fly_led([1, 2, 3], range(1, 6), "containment:Containment", HULL, leader=PATHS)
     assert [check.name for check in summarise(trace).checks if not check.ok] == []
     tail = {i: trace.positions(i).values[-400] for i in STARTS}
     moved = {i: float(np.ptp(trace.positions(i).values[-1500:-400, 0])) for i in (1, 2, 3)}
@@ -64,29 +64,25 @@ def test_three_leaders_fly_their_own_paths_and_contain_the_others(fly_led: Calla
     assert max(moved[1], moved[2]) < 0.05
     assert tail[4] == pytest.approx((tail[1] + tail[2] + tail[5]) / 3.0, abs=0.1)
     assert tail[5] == pytest.approx((tail[3] + tail[4]) / 2.0, abs=0.1)
-
-
-def test_followers_that_hear_their_leaders_velocities_trail_no_more(fly_led: Callable[..., Trace]) -> None:
-    trace = fly_led([1, 2, 3], range(1, 6), "containment:Containment", HULL, leader=PATHS)
     flows = {flow.key.owner: (flow.publishers, flow.subscribers) for flow in trace.plan.flows if flow.key.kind == "law"}
     assert flows["uav3"] == (("leader3",), ("uav5",))
-    tail = summarise(trace).formation_error_m.max_tail
-    assert tail is not None
-    assert tail < 0.002  # without their messages 15 mm
+    error = summarise(trace).formation_error_m.max_tail
+    assert error is not None
+    assert error < 0.002  # the followers hear their leaders' velocities: without their messages 15 mm
 
 
-@pytest.mark.parametrize("law", ["containment:AtRest", "containment:Containment"])
+@pytest.mark.parametrize("law", ["containment:AtRest", pytest.param("containment:Containment", marks=pytest.mark.long)])
 def test_one_of_three_leaders_is_lost_and_all_hold_then_land(make_swarm: Callable[..., Any], law: str) -> None:
     swarm = make_swarm(LED | {"control.law": f"flockwire_laws.{law}"})
-    kill = parse_faults({"faults": [{"at": 8.0, "kind": "kill", "process": "leader3"}]}, Plan(swarm), "test")
-    _, trace = fly_in_memory(Flight(swarm, 0, 20.0, kill), lambda _: None)
+    kill = parse_faults({"faults": [{"at": 6.0, "kind": "kill", "process": "leader3"}]}, Plan(swarm), "test")
+    _, trace = fly_in_memory(Flight(swarm, 0, 14.0, kill), lambda _: None)
     for pilot in ("uav4", "uav5"):  # uav4 has no edge from the lost leader
         told = [(change.stamp, change.phase) for change in trace.states[pilot]]
         phases = [phase for _, phase in told]
         assert phases[phases.index("formation") :][:3] == ["formation", "hold", "landing"]
         held = next(stamp for stamp, phase in told[phases.index("formation") :] if phase == "hold")
         silent = swarm.limits.staleness.leader_silent
-        assert (held - trace.missions[0].stamp) / 1e9 == pytest.approx(8.0 + silent, abs=0.3)
+        assert (held - trace.missions[0].stamp) / 1e9 == pytest.approx(6.0 + silent, abs=0.3)
     assert "hold" not in [mission.verb for mission in trace.missions]  # nobody ordered it
     flows = {flow.key.owner: flow.subscribers for flow in trace.plan.flows if flow.key.kind == "leads"}
     assert set(flows["uav3"]) >= {"uav4", "uav5"}

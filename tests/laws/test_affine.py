@@ -27,17 +27,19 @@ PLACES = {i: tuple(R[i - 1]) for i in range(4, 8)}
 LEADER_PLACES = {"leader_places": {str(i): R[i - 1].tolist() for i in (1, 2, 3)}}
 
 
-def leader(i):
+def image(i, t):
     """4 m in 14 s with a quarter turn, r half as large, from rest to rest."""
+    s = min(max(t / 14.0, 0.0), 1.0)
+    s = s**3 * (10 - 15 * s + 6 * s**2)
+    c, n = np.cos(np.pi / 2 * s), np.sin(np.pi / 2 * s)
+    return np.array([[c, -n, 0], [n, c, 0], [0, 0, 1]]) @ R[i - 1] / 2 + (4 * s, 0, 0)
 
-    def position(t):
-        s = np.clip(t / 14.0, 0.0, 1.0)
-        s = s**3 * (10 - 15 * s + 6 * s**2)
-        c, n = np.cos(np.pi / 2 * s), np.sin(np.pi / 2 * s)
-        return np.array([[c, -n, 0], [n, c, 0], [0, 0, 1]]) @ R[i - 1] / 2 + (4 * s, 0, 0)
+
+def leader(i):
+    """The path of leader i, its derivatives by differences."""
 
     def path(t):
-        a, b, c = position(t - 1e-3), position(t), position(t + 1e-3)
+        a, b, c = image(i, t - 1e-3), image(i, t), image(i, t + 1e-3)
         return b, (c - a) / 2e-3, (c - 2 * b + a) / 1e-6
 
     return path
@@ -76,7 +78,7 @@ def test_commands_are_the_equations(seed):
 def test_followers_make_the_affine_image_that_three_leaders_show(law, lag, most):
     flight = Flight(law, {i: R[i - 1] / 2 for i in range(4, 8)}, EDGES, PLACES,
                     {i: leader(i) for i in (1, 2, 3)}, lag=lag)  # fmt: skip
-    wanted = lambda one: np.linalg.norm(one.array - [leader(i)(one.t)[0] for i in range(4, 8)], axis=1).max()  # noqa: E731
+    wanted = lambda one: np.linalg.norm(one.array - [image(i, one.t) for i in range(4, 8)], axis=1).max()  # noqa: E731
     assert flight.fly(16.0, wanted).max() < most
     assert flight.array[0] == pytest.approx([3.5, 0.0, 0.0], abs=most)
 

@@ -48,10 +48,10 @@ def test_centre_obeys_its_own_equation_and_velocities_meet(lag):
     v = draw.normal(size=(8, 3)) * (0.2, 0.2, 0)
     flight = Flight(Flocking, dict(enumerate(q, 1)), [], parameters={"target": (1.0, 0.0, 0.0)},
                     velocities=dict(enumerate(v, 1)), lag=lag)  # fmt: skip
-    centre = flight.fly(30.0, lambda one: one.array.mean(axis=0))
+    centre = flight.fly(15.0, lambda one: one.array.mean(axis=0))
     x, s = q.mean(axis=0) - (1.0, 0, 0), v.mean(axis=0)
     expected = [x]
-    for _ in range(3000):
+    for _ in range(1500):
         s = s + 0.01 * (-0.2 * x - 0.9 * s)
         x = x + 0.01 * s
         expected.append(x)

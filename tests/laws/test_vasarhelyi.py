@@ -63,7 +63,7 @@ def test_arena_keeps_them_in_and_aligned(lag):
     draw = np.random.default_rng(7)
     flight = Flight(Vasarhelyi, dict(enumerate(draw.uniform(-3, 3, (6, 3)) * (1, 1, 0), 1)), [], lag=lag,
                     parameters={"arena": [[-5.0, -5.0], [5.0, 5.0]]}, dt=0.02)  # fmt: skip
-    flown = flight.fly(120.0, lambda one: [one.array, np.array(list(one.v.values()))])
+    flown = flight.fly(60.0, lambda one: [one.array, np.array(list(one.v.values()))])
     p, v = flown[:, 0], flown[1000:, 1]
     assert np.abs(p).max() < 5.0
     n = v / np.linalg.norm(v, axis=-1, keepdims=True)

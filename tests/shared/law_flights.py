@@ -1,7 +1,8 @@
 """Laws in a pure world: ideal bodies, or with a lag; what a law declares is all that it observes."""
 
 from dataclasses import dataclass, field
-from math import exp
+from functools import cache
+from math import dist, exp, hypot
 
 import numpy as np
 from flockwire_core.control.key_frames import KeyFrames
@@ -24,15 +25,23 @@ def place(places, number, neighbours=()):
     return Place(formation, numbers.index(number), START, {j: numbers.index(j) for j in neighbours if j in places})
 
 
+@cache
+def shown(sense):
+    """Return whether `sense` shows bearing, distance, position and velocity."""
+    return tuple(bool(sense & one) for one in (Sense.BEARING, Sense.DISTANCE, Sense.POSITION, Sense.VELOCITY))
+
+
 def sight(sense, number, weight, leads, position, velocity):
     """Return what is sensed of a drone with the relative `position` and `velocity`."""
-    distance = float(np.linalg.norm(position))
+    bearing, distance_, position_, velocity_ = shown(sense)
+    x, y, z = position = tuple(map(float, position))
+    distance = hypot(x, y, z)
     return Seen(
         number, weight, leads,
-        tuple((position / distance).tolist()) if sense & Sense.BEARING else None,
-        distance if sense & Sense.DISTANCE else None,
-        tuple(position.tolist()) if sense & Sense.POSITION else None,
-        tuple(velocity.tolist()) if sense & Sense.VELOCITY else None,
+        (x / distance, y / distance, z / distance) if bearing else None,
+        distance if distance_ else None,
+        position if position_ else None,
+        tuple(map(float, velocity)) if velocity_ else None,
     )  # fmt: skip
 
 
@@ -76,22 +85,21 @@ class Flight:
         """The positions, (n, 3)."""
         return np.array(list(self.p.values()))
 
-    def observe(self, i):
-        """Return what drone i observes."""
-        info = self.law.information
-        motion = {**{j: (self.p[j], self.v[j]) for j in self.p}, **{j: f(self.t)[:2] for j, f in self.leaders.items()}}
+    def observe(self, i, motion):
+        """Return what drone i observes of the `motion` of all."""
+        info, (p, v) = self.law.information, motion[i]
 
         def see(sense, j, weight):
-            relative = np.subtract(motion[j][0], self.p[i]), np.subtract(motion[j][1], self.v[i])
+            (a, b, c), (d, e, f) = motion[j]
+            relative = (a - p[0], b - p[1], c - p[2]), (d - v[0], e - v[1], f - v[2])
             return sight(sense, j if weight else -1, weight, j in self.leaders, *relative)
 
         neighbours = [see(info.neighbours, j, w) for j, w in self.inward[i].items()] if info.neighbours else ()
-        near = [j for j in self.p if j != i and np.linalg.norm(self.p[j] - self.p[i]) < info.radius]
+        near = [j for j in self.p if j != i and dist(motion[j][0], p) < info.radius] if info.around else ()
         return Observation(
             t=self.t, dt=self.dt, stamp=self.now, now=self.now,
-            position=tuple(self.p[i].tolist()) if info.own & Sense.POSITION else None,
-            velocity=tuple(self.v[i].tolist()) if info.own & Sense.VELOCITY else None,
-            neighbours=neighbours, around=[see(info.around, j, 0.0) for j in near] if info.around else (),
+            position=p if shown(info.own)[2] else None, velocity=v if shown(info.own)[3] else None,
+            neighbours=neighbours, around=[see(info.around, j, 0.0) for j in near],
             heard=list(self.heard[i].values()), news=self.news[i], place=self.sites[i], plan=self.plans[i][2],
         )  # fmt: skip
 
@@ -102,7 +110,9 @@ class Flight:
 
     def step(self):
         """Make one step: all observe, decide, move; messages arrive before the next one."""
-        observations = {i: self.observe(i) for i in self.p}
+        motion = {j: (one.position, one.velocity) for j, one in self.led.items()}
+        motion |= {i: (tuple(self.p[i].tolist()), tuple(self.v[i].tolist())) for i in self.p}
+        observations = {i: self.observe(i, motion) for i in self.p}
         for i, observation in observations.items():
             self._plan(i, observation)
         self.decisions = {i: law.step(observations[i]) for i, law in self.laws.items()}
@@ -142,10 +152,10 @@ class Flight:
                 self.news[i].append(one)
 
     def _lead(self):
-        for j, path in self.leaders.items():
+        self.led = {j: LeaderMotion(*(tuple(map(float, x)) for x in path(self.t))) for j, path in self.leaders.items()}
+        for j, motion in self.led.items():
             if hasattr(self.law, "lead"):
-                position, velocity, acceleration = (tuple(map(float, x)) for x in path(self.t))
-                self._send(j, self.law.lead(self.t, LeaderMotion(position, velocity, acceleration)), self.now)
+                self._send(j, self.law.lead(self.t, motion), self.now)
 
     def _plan(self, i, observation):
         due, coming, current = self.plans[i]
