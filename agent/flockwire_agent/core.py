@@ -71,7 +71,8 @@ class AgentCore:
         make = partial(make_law, law_object(swarm), law_settings(swarm, number))
         self._law = GuardedLaw(make, name, stopwatch, declared, form, aside)
         self._relays, self._whole = relays(swarm), own & WHOLE == WHOLE
-        self._sight = Sight(neighbours, leaders, declared.silence) if sees(swarm) else None
+        seen = neighbours if declared.neighbours else {}
+        self._sight = Sight(seen, leaders, declared.silence) if sees(swarm) else None
         self._hearing = self._sender = None
         if form is not None:
             heard = {j: weight for j, weight in neighbours.items() if j in speakers(swarm)}

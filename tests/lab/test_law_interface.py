@@ -130,7 +130,9 @@ def test_a_law_sees_bearings_of_its_in_neighbours_and_nothing_else(fly_law: Call
 
 
 def test_who_is_around_has_no_number_unless_the_law_asks(fly_law: Callable[..., Any]) -> None:
-    near = [one for s in sightings(fly_law(Around, duration=3.0), 2) for one in s.around]
+    flown = fly_law(Around, duration=3.0)
+    assert flown.outcome.failure == ""
+    near = [one for s in sightings(flown, 2) for one in s.around]
     assert near
     assert {one.number for one in near} == {-1}
     assert all(0.0 < one.distance < 4.0 and one.position is None and one.velocity is not None for one in near)
