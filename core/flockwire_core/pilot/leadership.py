@@ -23,13 +23,13 @@ class LeaderSign:
 
     def __init__(self, swarm: Swarm, number: int) -> None:
         self._key, self._frame, self._needed = Key(LEADS, uav(number)), swarm.frame, number in signs(swarm)
-        self._sent = 0
+        self._due = 0  # Unix ns
 
     def messages(self, leads: bool, now: int) -> list[tuple[Key, Message]]:
         """Return the sign to publish at `now` (Unix ns) if it `leads`; empty while none is due."""
-        if not (self._needed and leads) or 0 <= now - self._sent < PERIOD:
+        if not (self._needed and leads) or now < self._due:
             return []
-        self._sent = now
+        self._due = max(self._due, now - PERIOD) + PERIOD  # a step that is late delays no later sign
         return [(self._key, Signals(now, self._frame, ()))]
 
 
