@@ -271,7 +271,7 @@ class AgentCore:
         if self._relays:
             silence = max(silence, self._neighbourhood.silence(now, born))
             missing += self._neighbourhood.missing
-        return silence, tuple(dict.fromkeys(missing))
+        return silence, tuple(dict.fromkeys(missing)) if missing else ()
 
     def _wait(self) -> Vector:
         """Return the velocity, m/s, that keeps the drone where it began to wait for a place."""

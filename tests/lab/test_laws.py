@@ -100,6 +100,7 @@ def test_aggregative_ends_at_its_minimum():
     assert points == pytest.approx((r + mean - (mean - b)) / 2, abs=0.02)
 
 
+@pytest.mark.long
 def test_containment_ends_in_the_hull():
     flight = flown("containment")
     fourth = (flight[1] + 2.0 * flight[2])[-1] / 3
