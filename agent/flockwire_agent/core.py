@@ -102,6 +102,7 @@ class AgentCore:
             self._waiting = WaitingPlace(parameters)  # where it waits for a place
         self._judged: tuple[Observation, Decision] | None = None  # the formation of the error
         self._leadership = Leadership(swarm)
+        self._awaits_signs = bool(self._leadership.handlers)
         self._take: dict[Key, Callable[[Any], None]] = {  # handlers of messages, by key
             **{Key("pose", uav(j)): self._neighbourhood.take_pose(j) for j in neighbours},
             **{Key("estimate", uav(j)): self._neighbourhood.take_estimate(j) for j in neighbours},
@@ -131,7 +132,9 @@ class AgentCore:
         pilot, neighbourhood = self._pilot, self._neighbourhood
         estimates = neighbourhood.update(now) if self._relays else []
         silence, missing = self._update(now)
-        leader_down = neighbourhood.leading is Leading.IS_DOWN or self._leadership.is_down(now)
+        leader_down = neighbourhood.leading is Leading.IS_DOWN
+        if self._awaits_signs and self._leadership.is_down(now):
+            leader_down = True
         failure = self._law.failure.text if self._law.failure is not None else ""
         if not failure and neighbourhood.agreement.contradicted:
             failure = neighbourhood.agreement.reason(now)

@@ -49,4 +49,4 @@ class Leadership:
 
     def is_down(self, now: int) -> bool:
         """Return whether a leader that led is silent at `now` (Unix ns)."""
-        return bool(self._stamps) and any(stamp > 0 and now - stamp > self._limit for stamp in self._stamps.values())
+        return any(stamp > 0 and now - stamp > self._limit for stamp in self._stamps.values())
