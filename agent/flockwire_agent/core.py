@@ -90,7 +90,7 @@ class AgentCore:
         accelerates = declared.output is Output.ACCELERATION
         self._accelerations = AccelerationInput(parameters.lag, parameters.period) if accelerates else None
         self._height: float | None = None  # m, that the pilot holds
-        self._rise, self._counts = parameters.limits.vertical_speed, swarm.control.own_law
+        self._rise, pilot.counts_filtered = parameters.limits.vertical_speed, swarm.control.own_law
         self._reference: Place | None = None  # the place to fly in the formation, None in any other phase
         self._flown: Mission | None = None  # its order
         self._held: int | None = None  # the place that it holds by an auction, of that order
@@ -188,7 +188,7 @@ class AgentCore:
                 ("law messages rejected", sum([one.rejected for one in speakers])),
             )
             report = report._replace(counts=(*report.counts, *counts))
-        if self._counts:
+        if self._pilot.counts_filtered:
             counts = counted(
                 (LAW_STEPS, self._pilot.commanded),
                 (FILTERED, self._pilot.filtered),

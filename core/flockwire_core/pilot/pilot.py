@@ -68,6 +68,7 @@ class Pilot:
         self._off_place = OffPlace(parameters.room, parameters.checks)
         self._wanted = ZERO  # m/s, by the law, at the last command
         self.sent = ZERO  # m/s, the last command as filtered
+        self.counts_filtered = False  # whether the next two are counted
         self.filtered = 0  # commands of the formation phase that the safety filter changed
         self.commanded = 0  # all of them
         self._airframe = _make_airframe(parameters)
@@ -141,7 +142,8 @@ class Pilot:
         motion = self.motion
         self._wanted = wanted
         velocity = self._velocity(wanted, motion, now) if motion is not None else self._blind_velocity(now)
-        if self._guard is not None and motion is not None and self.flight.phase is Phase.FORMATION:
+        guards = self.counts_filtered and self._guard is not None
+        if guards and motion is not None and self.flight.phase is Phase.FORMATION:
             last, change = self._airframe.last_command, self._limits.acceleration * self.dt
             self.commanded += 1
             self.filtered += distance(velocity, add(last, limit(subtract(wanted, last), change))) > UNCHANGED
