@@ -26,11 +26,13 @@ BUILT_IN = {
 
 def law_file(swarm: Swarm) -> Path | None:
     """Return the file of an own law, beside the swarm file; None for a built-in one or an installed module."""
+    if swarm.control.law in BUILT_IN:
+        return None
     module = swarm.control.law.rpartition(":")[0]
     if module.endswith(".py"):
         return Path(swarm.folder, module)
     file = Path(swarm.folder, f"{module.replace('.', '/')}.py")
-    return file if swarm.control.own_law and swarm.folder and file.is_file() else None
+    return file if swarm.folder and file.is_file() else None
 
 
 def law_object(swarm: Swarm) -> str:
