@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 from math import dist, inf, isfinite
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
 from flockwire_core.control.airframe.acceleration import AccelerationInput
 from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
@@ -13,7 +13,7 @@ from flockwire_core.domain.order import Mission
 from flockwire_core.domain.signals import Signals
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add
-from flockwire_core.law import Decision, Heard, Observation, Output, Place, Sense
+from flockwire_core.law import STATE, Decision, Heard, Observation, Output, Place, Sense
 from flockwire_core.own_law import make_law
 from flockwire_core.parameters import auction_parameters, law_settings, pilot_parameters
 from flockwire_core.pilot.law_messages import Hearing, LawSender
@@ -39,8 +39,6 @@ from flockwire_agent.guarded_law import GuardedLaw
 
 if TYPE_CHECKING:
     from flockwire_agent.place_auction import PlaceAuction
-
-WHOLE: Final = Sense.POSITION | Sense.VELOCITY
 
 
 class AgentCore:
@@ -70,7 +68,7 @@ class AgentCore:
         own, form, leaders = declared.own, law_form(declared), frozenset(swarm.leaders)
         make = partial(make_law, law_object(swarm), law_settings(swarm, number))
         self._law = GuardedLaw(make, name, stopwatch, declared, form, aside)
-        self._relays, self._whole = relays(swarm), own & WHOLE == WHOLE
+        self._relays, self._whole = relays(swarm), own & STATE == STATE
         seen = neighbours if declared.neighbours else {}
         self._sight = Sight(seen, leaders, declared.silence) if sees(swarm) else None
         self._hearing = self._sender = None

@@ -69,6 +69,9 @@ class Sense(IntFlag):
     VELOCITY = 8
 
 
+STATE: Final = Sense.POSITION | Sense.VELOCITY
+
+
 class Output(Enum):
     """What three numbers of a command are: m/s or m/s^2, world axes."""
 
@@ -259,7 +262,7 @@ class Law(Protocol):
 
 
 RELAYING: Final = Information(  # of the laws that relay estimates of the leader from neighbour to neighbour
-    around=Sense.POSITION, own=Sense.POSITION | Sense.VELOCITY, message=LeaderMotion, leaders=(1, 1)
+    around=Sense.POSITION, own=STATE, message=LeaderMotion, leaders=(1, 1)
 )
 
 

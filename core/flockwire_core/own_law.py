@@ -13,7 +13,17 @@ from flockwire_core.domain.body import Body, BodyKind
 from flockwire_core.domain.motion import LeaderMotion, Motion
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add
-from flockwire_core.law import Heard, Information, Law, LawSettings, Observation, Place, Seen, Sense, check_decision
+from flockwire_core.law import (
+    STATE,
+    Heard,
+    Information,
+    Law,
+    LawSettings,
+    Observation,
+    Place,
+    Sense,
+    check_decision,
+)
 from flockwire_core.objects import load_object
 from flockwire_core.parameters import law_settings
 from flockwire_core.swarm.laws import law_object
@@ -23,11 +33,11 @@ from flockwire_core.swarm.validation import Problem, problems_of
 from flockwire_core.swarm.wording import shown
 from flockwire_core.wire.information import information_of, relays
 from flockwire_core.wire.law_form import FormError, law_form, packed
+from flockwire_core.wire.sighting import sensed
 
 START = 1_790_000_000 * SECOND  # Unix ns of a dry flight
 OFF_PLACE: Vector = (0.1, -0.2, 0.05)  # m, of a drone from its place in a dry step
 IN_FORMATION = "flies in formation"
-WHOLE = Sense.POSITION | Sense.VELOCITY
 BESIDE: Vector = (0.6, 0.8, 0.0)  # m, from a drone to a nearby body in a dry step
 
 
@@ -183,8 +193,12 @@ def dry_flight(swarm: Swarm, number: int, said: list[object]) -> Iterator[tuple[
         content = LeaderMotion(leader) if relays(swarm) else said[-1] if said else None
         heard = [Heard(j, weight, j in swarm.leaders, now, step, content) for j, weight in estimates.items()]
         heard = heard if motion is not None and content is not None else []
-        seen = [_seen(declared.neighbours, j, weight, j in swarm.leaders) for j, weight in estimates.items()]
-        around = [_seen(declared.around, number + 1 if declared.named else -1, 0.0, False)] if declared.radius else []
+        seen = [
+            sensed(declared.neighbours, j, BESIDE, ZERO, weight=weight, leads=j in swarm.leaders)
+            for j, weight in estimates.items()
+        ]
+        other = number + 1 if declared.named else -1
+        around = [sensed(declared.around, other, BESIDE, ZERO)] if declared.radius else []
         near = bodies if reference is not None else ()
         yield when, Observation(
             t=(now - START) / SECOND if reference is not None else 0.0, dt=period, stamp=now,
@@ -193,21 +207,8 @@ def dry_flight(swarm: Swarm, number: int, said: list[object]) -> Iterator[tuple[
             neighbours=seen if declared.neighbours and motion is not None else (),
             around=around if declared.around and motion is not None else (),
             bodies=near if declared.around else (), heard=heard, news=() if relays(swarm) else heard,
-            place=reference, now=now, motion=motion if declared.own & WHOLE == WHOLE else None,
+            place=reference, now=now, motion=motion if declared.own & STATE == STATE else None,
         )  # fmt: skip
-
-
-def _seen(sense: Sense, number: int, weight: float, leads: bool) -> Seen:
-    """Return a drone that is seen beside another in a dry step."""
-    return Seen(
-        number,
-        weight,
-        leads,
-        (0.6, 0.8, 0.0) if sense & Sense.BEARING else None,
-        1.0 if sense & Sense.DISTANCE else None,
-        BESIDE if sense & Sense.POSITION else None,
-        ZERO if sense & Sense.VELOCITY else None,
-    )
 
 
 def law_check(swarm: Swarm) -> tuple[list[str], list[str], dict[str, float]]:

@@ -20,7 +20,7 @@ from flockwire_core import law as fw
 
 from flockwire_laws import checks
 from flockwire_laws.quadratic import minimise
-from flockwire_laws.relative import STATE, Array, size
+from flockwire_laws.relative import Array, size
 
 FLOOR = 1e-4  # m, least |dp| − D in the square root
 
@@ -39,7 +39,7 @@ class Gains(fw.Parameters):
 class Barrier:
     """The law of second order for one drone, in the plane."""
 
-    information = fw.Information(around=STATE, radius=4.5, own=STATE, output=fw.Output.ACCELERATION, planar=True)
+    information = fw.Information(around=fw.STATE, radius=4.5, own=fw.STATE, output=fw.Output.ACCELERATION, planar=True)
     Parameters = Gains
     check = classmethod(checks.barrier)
 

@@ -20,7 +20,7 @@ import numpy as np
 from flockwire_core import law as fw
 
 from flockwire_laws import checks
-from flockwire_laws.relative import STATE, Acceleration, Array, flown_acceleration, size, vector
+from flockwire_laws.relative import Acceleration, Array, flown_acceleration, size, vector
 
 
 class Gains(fw.Parameters):
@@ -63,7 +63,7 @@ class Manoeuvre(Bearing):
     """The law 5c for one follower."""
 
     information = fw.Information(
-        STATE, output=fw.Output.ACCELERATION, message=Acceleration, leaders=(2, 9), directed=False
+        fw.STATE, output=fw.Output.ACCELERATION, message=Acceleration, leaders=(2, 9), directed=False
     )
     lead = staticmethod(flown_acceleration)
 

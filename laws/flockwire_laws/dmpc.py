@@ -20,7 +20,7 @@ import numpy as np
 from flockwire_core import law as fw
 
 from flockwire_laws.dmpc_program import REACH, TIMES, Plan, sample, shifted, solve
-from flockwire_laws.relative import STATE, size
+from flockwire_laws.relative import size
 
 DEADLINE = 0.1  # s
 P = tuple[float, float]
@@ -43,7 +43,7 @@ class Dmpc:
     """The law for one drone."""
 
     information = fw.Information(
-        own=STATE, output=fw.Output.ACCELERATION, message=Predicted, planar=True, deadline=DEADLINE
+        own=fw.STATE, output=fw.Output.ACCELERATION, message=Predicted, planar=True, deadline=DEADLINE
     )
     Parameters = Constants
 

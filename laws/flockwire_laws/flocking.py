@@ -21,7 +21,7 @@ import numpy as np
 from flockwire_core import law as fw
 
 from flockwire_laws import checks
-from flockwire_laws.relative import STATE, size
+from flockwire_laws.relative import size
 
 
 class Gains(fw.Parameters):
@@ -42,7 +42,7 @@ class Gains(fw.Parameters):
 class Flocking:
     """The law for one drone."""
 
-    information = fw.Information(around=STATE, radius=8.4, own=STATE, output=fw.Output.ACCELERATION, planar=True)
+    information = fw.Information(around=fw.STATE, radius=8.4, own=fw.STATE, output=fw.Output.ACCELERATION, planar=True)
     Parameters = Gains
     check = classmethod(checks.flocking)
 

@@ -6,11 +6,10 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from flockwire_core.law import Heard, LeaderMotion, Place, Seen, Sense
+from flockwire_core.law import Heard, LeaderMotion, Place, Seen
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-STATE = Sense.POSITION | Sense.VELOCITY
 STEP = 2e-3  # s, of the central differences: an error of about 1e-6 times the fourth derivative
 
 

@@ -23,7 +23,7 @@ import numpy as np
 from flockwire_core import law as fw
 
 from flockwire_laws import checks
-from flockwire_laws.relative import STATE, Acceleration, derivatives, flown_acceleration, size, vector
+from flockwire_laws.relative import Acceleration, derivatives, flown_acceleration, size, vector
 
 
 class Gains(fw.Parameters):
@@ -37,7 +37,9 @@ class SecondOrder:
     """The law 2b for one follower."""
 
     fed: ClassVar[bool] = True
-    information = fw.Information(neighbours=STATE, output=fw.Output.ACCELERATION, message=Acceleration, leaders=(1, 1))
+    information = fw.Information(
+        neighbours=fw.STATE, output=fw.Output.ACCELERATION, message=Acceleration, leaders=(1, 1)
+    )
     Parameters = Gains
     check = classmethod(checks.second_order)
     lead = staticmethod(flown_acceleration)
@@ -68,4 +70,4 @@ class Relative(SecondOrder):
     """The laws 2a, without a leader, and 2c, with one."""
 
     fed = False
-    information = fw.Information(neighbours=STATE, output=fw.Output.ACCELERATION, leaders=(0, 1))
+    information = fw.Information(neighbours=fw.STATE, output=fw.Output.ACCELERATION, leaders=(0, 1))

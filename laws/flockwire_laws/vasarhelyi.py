@@ -21,7 +21,7 @@ import numpy as np
 from flockwire_core import law as fw
 
 from flockwire_laws.arena import Point, braking, walls
-from flockwire_laws.relative import STATE, size
+from flockwire_laws.relative import size
 
 
 class Constants(fw.Parameters):
@@ -40,7 +40,7 @@ class Constants(fw.Parameters):
 class Vasarhelyi:
     """The law for one drone; `radius` is r_frict at `length` 0.05 and more."""
 
-    information = fw.Information(around=STATE, radius=8.0, own=STATE, planar=True)
+    information = fw.Information(around=fw.STATE, radius=8.0, own=fw.STATE, planar=True)
     Parameters = Constants
 
     def __init__(self, settings: fw.LawSettings) -> None:

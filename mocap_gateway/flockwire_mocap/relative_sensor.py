@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from math import sqrt
 from typing import Final
 
 from flockwire_core.control.tracker import AccelerationTracker
 from flockwire_core.domain.time import SECOND, nanoseconds
-from flockwire_core.domain.vector import Vector
+from flockwire_core.domain.vector import Vector, distance, subtract
 from flockwire_core.law import Seen, Sense
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.information import information_of
-from flockwire_core.wire.sighting import Sighting
+from flockwire_core.wire.sighting import Sighting, sensed
 
 from flockwire_mocap.claim import Claim
 from flockwire_mocap.field_bodies import FEW, Vicinity
@@ -83,7 +82,7 @@ class RelativeSensor:
                 around = [
                     self._seen(i, j, here, stamp, declared.around, declared.named)
                     for j in near
-                    if j != i and _apart(here[i][0], here[j][0]) < radius
+                    if j != i and distance(here[i][0], here[j][0]) < radius
                 ]
             seen = tuple(neighbours) if declared.neighbours is not Sense.NOTHING else ()
             found[i] = Sighting(stamp, self._frame, seen, tuple(around))
@@ -94,22 +93,5 @@ class RelativeSensor:
     ) -> Seen:
         """Return what drone i senses of drone j, and nothing else."""
         (own, own_velocity), (other, velocity) = here[i], here[j]
-        position = (other[0] - own[0], other[1] - own[1], other[2] - own[2])
-        distance = _apart(own, other)
-        bearing = None
-        if Sense.BEARING in sense and distance > 0.0:
-            bearing = (position[0] / distance, position[1] / distance, position[2] / distance)
-        relative = (velocity[0] - own_velocity[0], velocity[1] - own_velocity[1], velocity[2] - own_velocity[2])
-        return Seen(
-            j if named else -1,
-            bearing=bearing,
-            distance=distance if Sense.DISTANCE in sense else None,
-            position=position if Sense.POSITION in sense else None,
-            velocity=relative if Sense.VELOCITY in sense else None,
-            age=(stamp - min(self._tracks[i].stamp, self._tracks[j].stamp)) / SECOND,
-        )
-
-
-def _apart(p: Vector, q: Vector) -> float:
-    x, y, z = q[0] - p[0], q[1] - p[1], q[2] - p[2]
-    return sqrt(x * x + y * y + z * z)
+        age = (stamp - min(self._tracks[i].stamp, self._tracks[j].stamp)) / SECOND
+        return sensed(sense, j if named else -1, subtract(other, own), subtract(velocity, own_velocity), age)

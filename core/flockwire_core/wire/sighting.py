@@ -6,7 +6,8 @@ from typing import Final
 
 from flockwire_core.compiling import mypyc_attr
 from flockwire_core.domain.record import Record
-from flockwire_core.law import Seen
+from flockwire_core.domain.vector import Vector, norm
+from flockwire_core.law import Seen, Sense
 from flockwire_core.wire.cdr import MessageError, Reader, Writer
 
 SMALLEST_SEEN: Final = 32  # least bytes of a seen drone
@@ -26,6 +27,24 @@ class Sighting(Record):
         self.frame: Final = frame
         self.neighbours: Final = neighbours
         self.around: Final = around
+
+
+def sensed(
+    sense: Sense, number: int, position: Vector, velocity: Vector, age: float = 0.0, weight: float = 0.0,
+    leads: bool = False,
+) -> Seen:  # fmt: skip
+    """Return what `sense` gives of a drone at `position` (m), `velocity` (m/s) relative to one's own; nothing else."""
+    distance, (x, y, z) = norm(position), position
+    return Seen(
+        number,
+        weight,
+        leads,
+        (x / distance, y / distance, z / distance) if sense & Sense.BEARING and distance > 0.0 else None,
+        distance if sense & Sense.DISTANCE else None,
+        position if sense & Sense.POSITION else None,
+        velocity if sense & Sense.VELOCITY else None,
+        age,
+    )
 
 
 def write_sighting(writer: Writer, sighting: Sighting) -> None:
