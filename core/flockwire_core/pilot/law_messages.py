@@ -11,9 +11,9 @@ from collections.abc import Callable, Container, Mapping
 from typing import Any, Final
 
 from flockwire_core.domain.law_message import LawMessage
-from flockwire_core.domain.time import SECOND, nanoseconds
+from flockwire_core.domain.time import SECOND
 from flockwire_core.law import Heard, Pace
-from flockwire_core.pilot.phases import age
+from flockwire_core.pilot.presence import Presence
 from flockwire_core.wire.cdr import MessageError
 from flockwire_core.wire.law_form import LawForm
 
@@ -52,7 +52,6 @@ class Speaker:
     """One in-neighbour j whose messages are received, with w_ij and whether it is a leader."""
 
     def __init__(self, number: int, weight: float, leads: bool, form: LawForm) -> None:
-        self.stamp = 0  # of its last sign of life, Unix ns
         self.newest: Heard | None = None
         self.news: list[Heard] = []
         self.lost = self.rejected = 0  # messages missed for good; messages of another form
@@ -63,7 +62,6 @@ class Speaker:
         """Receive its newest messages: those that are new, in order."""
         if message.epoch != self._epoch:  # its process was started, or this one
             self._epoch, self._sequence = message.epoch, 0
-        self.stamp = message.stamp
         number = message.sequence - len(message.contents)
         for stamp, data in message.contents:
             number += 1
@@ -81,7 +79,7 @@ class Speaker:
                 self.news.append(self.newest)
 
 
-class Hearing:
+class Hearing(Presence):
     """The messages of all in-neighbours of one drone, by their `weights`; those of `leaders` say so.
 
     A neighbour whose process is silent for `silence` s is `missing`, however old its last message may be; at the pace
@@ -91,40 +89,33 @@ class Hearing:
     def __init__(
         self, weights: Mapping[int, float], leaders: Container[int], form: LawForm, pace: Pace, silence: float
     ) -> None:
+        super().__init__(weights, silence)
         self.speakers = {j: Speaker(j, weight, j in leaders, form) for j, weight in weights.items()}
-        self._ages, self._silence, self._left_out = pace is Pace.STEP, nanoseconds(silence), frozenset[int]()
-        self.missing: tuple[int, ...] = ()  # of the last update
-        self.heard: list[Heard] = []
+        self._ages = pace is Pace.STEP
+        self.heard: list[Heard] = []  # of the last update
         self.news: list[Heard] = []
 
     def take(self, j: int) -> Callable[[LawMessage], None]:
         """Return the handler of neighbour j's messages."""
-        return self.speakers[j].take
+        speaker = self.speakers[j]
 
-    def leave_out(self, drones: Container[int]) -> None:
-        """Ignore `drones` until called again."""
-        self._left_out = frozenset([j for j in self.speakers if j in drones])
+        def take(message: LawMessage) -> None:
+            self.stamps[j] = message.stamp  # each is a sign of life
+            speaker.take(message)
+
+        return take
 
     def update(self, now: int) -> None:
         """Update what is heard at `now` (Unix ns): of each neighbour the newest message, and all since then."""
+        super().update(now)
         oldest = now - self._silence
-        heard, news, missing = list[Heard](), list[Heard](), list[int]()
+        heard, news = list[Heard](), list[Heard]()
         for j, speaker in self.speakers.items():
             arrived, speaker.news = speaker.news, []
-            if j in self._left_out:
+            if j in self.left_out:
                 continue
             news += arrived
-            if speaker.stamp < oldest:
-                missing.append(j)
-            elif speaker.newest is not None and not (self._ages and speaker.newest.stamp < oldest):
-                heard.append(speaker.newest)
-        self.heard, self.news, self.missing = heard, news, tuple(missing)
-
-    def silence(self, now: int, since: int) -> float:
-        """Return the age, s, of the newest sign of life; without any, the time since `since`; 0 if none is expected."""
-        stamps = [speaker.stamp for j, speaker in self.speakers.items() if j not in self._left_out]
-        return age(max(since, *stamps), now) if stamps else 0.0
-
-    def oldest(self, now: int) -> float:
-        """Return the largest age, s, of a neighbour's last sign of life; NEVER if one has not given any."""
-        return max([age(s.stamp, now) for j, s in self.speakers.items() if j not in self._left_out], default=0.0)
+            newest = speaker.newest
+            if newest is not None and self.stamps[j] >= oldest and not (self._ages and newest.stamp < oldest):
+                heard.append(newest)
+        self.heard, self.news = heard, news
