@@ -11,9 +11,7 @@ from flockwire_core.control.plane_polygon import Corner
 from flockwire_core.domain.body import Body, BodyKind
 from flockwire_core.domain.motion import Motion
 from flockwire_core.domain.vector import Vector, limit, scale
-from tangent_graph import Way, shortest_way
-
-Disc = tuple[float, float, float]
+from tangent_graph import Disc, Way, shortest_way
 
 PERIOD: Final = 0.1  # s between two plans: a body moves by less than the spare distance
 AHEAD: Final = 0.25  # m along the way, the point that is flown to: beyond the motion of a period
