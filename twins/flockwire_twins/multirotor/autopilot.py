@@ -18,7 +18,7 @@ from flockwire_core.domain.vector import ZERO, Vector, limit
 from flockwire_core.process.driving import GRAVITY
 
 from flockwire_twins.multirotor.parameters import Autopilot, Rotors
-from flockwire_twins.multirotor.rotors import MIX_X, MIX_Y, MIX_Z, Four, Law, times, whole
+from flockwire_twins.multirotor.rotors import MIX_X, MIX_Y, MIX_Z, Four, Law
 
 YAW_SHARE = 0.25  # of a rotor's thrust, for yaw
 
@@ -117,11 +117,3 @@ class RotorLoop:
         r = self._faster if to > now else self._slower
         rate = r[0] + 2.0 * r[1] * now
         return min(max(now + (to - now) / (self._rotor_time * max(rate, 1e-6)), 0.0), top)
-
-
-def believed(arm: float, inertia: Vector, forces: Four, drags: Four) -> Vector:
-    """Return J^-1 tau_now, rad/s², of undamaged rotors."""
-    jx, jy, jz = inertia
-    return (
-        arm * whole(times(MIX_X, forces)) / jx, arm * whole(times(MIX_Y, forces)) / jy, whole(times(MIX_Z, drags)) / jz
-    )  # fmt: skip

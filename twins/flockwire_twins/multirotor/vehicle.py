@@ -9,7 +9,7 @@ from flockwire_core.domain.quaternion import Quaternion, rotate
 from flockwire_core.domain.vector import ZERO, Vector, norm, scale
 
 from flockwire_twins.multirotor import fitted, rotors
-from flockwire_twins.multirotor.autopilot import RotorLoop, VelocityLoop, believed
+from flockwire_twins.multirotor.autopilot import RotorLoop, VelocityLoop
 from flockwire_twins.multirotor.fitted import UP, FittedModel
 from flockwire_twins.multirotor.parameters import Fitted, Parameters, Rotors
 from flockwire_twins.multirotor.rotors import Four, RotorModel, RotorState, times, whole
@@ -90,13 +90,14 @@ class RotorVehicle(Vehicle):
 
     def __init__(self, p: Parameters, r: Rotors) -> None:
         super().__init__(p)
-        self._arm, self._torque, self._inertia = r.arm_m, r.torque_per_rpm, r.inertia_kg_m2
+        self._torque, self._inertia = r.torque_per_rpm, r.inertia_kg_m2
         self._attitude = RotorLoop(p.autopilot, r, p.thrust_n, p.step_s)
         self._model = RotorModel(
             p.mass_kg, p.drag_kg_per_s, r.arm_m, r.inertia_kg_m2, r.damping_n_m_s, r.thrust_per_rpm, r.torque_per_rpm,
             r.faster_per_s, r.slower_per_s, r.propeller_kg_m2, p.step_s,
         )  # fmt: skip
         self._speeds: Four = (0.0, 0.0, 0.0, 0.0)
+        self._forces = self._speeds  # N, of each rotor
         self._state = RotorState(ZERO, ZERO, ZERO, LEVEL, ZERO, self._speeds)
 
     def stand(self, position: Vector, yaw: float, spins: bool) -> None:
@@ -116,11 +117,10 @@ class RotorVehicle(Vehicle):
         """Fly a step."""
         s, wear, command = self._state, self.wear, self._speeds
         if motors:
-            forces = self._model.forces(s.speeds)
-            f = self._wanted(wanted, s.acceleration, scale(self.up, whole(forces) / self._mass), voltage)
-            size = norm(f)
-            drags = rotors.quadratic(self._torque, s.speeds)
-            acting = believed(self._arm, self._inertia, forces, drags)
+            f = self._wanted(wanted, s.acceleration, scale(self.up, whole(self._forces) / self._mass), voltage)
+            size, (jx, jy, jz) = norm(f), self._inertia
+            tx, ty, tz = self._model.torques(self._forces, rotors.quadratic(self._torque, s.speeds), ZERO)
+            acting = (tx / jx, ty / jy, tz / jz)  # as it believes: of undamaged rotors, without damping
             command = self._attitude.speeds(
                 scale(f, 1.0 / size), self._mass * size, wrapped(yaw - yaw_of(s.orientation)), s.orientation,
                 self._model.rates(s.orientation, s.momentum, s.speeds), acting, s.speeds, voltage,
@@ -131,7 +131,8 @@ class RotorVehicle(Vehicle):
     def _show(self, state: RotorState) -> None:
         self._state, self.position, self.velocity = state, state.position, state.velocity
         self.orientation, self.up = state.orientation, rotate(state.orientation, UP)
-        self.thrust = whole(self._model.forces(state.speeds)) / self._most
+        self._forces = self._model.forces(state.speeds)
+        self.thrust = whole(self._forces) / self._most
 
 
 def make_vehicle(p: Parameters) -> Vehicle:
