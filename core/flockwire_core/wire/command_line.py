@@ -19,7 +19,7 @@ def arguments(plan: Plan, identity: str, paths: FilePaths, dated: bool = False) 
     """Return the arguments of `flockwire` that run `identity`; `dated`: the recorder runs for several flights."""
     row, member = plan.rows[identity], plan.members[identity]
     line = [row.kind, paths.swarm_file]
-    if row.numbered or len(plan.of_kind(row.kind)) > 1:
+    if plan.is_named_by_id(identity):
         line.append(str(member.drone))
     line += ["--keys", paths.keys]
     if row.records:

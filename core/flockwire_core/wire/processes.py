@@ -230,6 +230,11 @@ class Roster:
         """Return the identities of the processes of one kind, possibly none."""
         return self._identities.get(kind, ())
 
+    def is_named_by_id(self, identity: str) -> bool:
+        """Return whether a command line needs the drone's id to name the process."""
+        row = self.rows[identity]
+        return row.numbered or len(self._identities[row.kind]) > 1
+
     def of(self, *rows: Process) -> tuple[str, ...]:
         """Return the identities of all members of `rows`."""
         return tuple(identity for row in rows for identity in self._identities[row.kind])

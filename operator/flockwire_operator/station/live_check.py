@@ -84,9 +84,7 @@ def _fresh(seen: Seen, identity: str) -> Status | None:
 def _process(plan: Plan, identity: str, seen: Seen) -> Finding:
     row, member, status = plan.rows[identity], plan.members[identity], _fresh(seen, identity)
     if status is None:
-        line = (
-            f"flockwire {row.kind} SWARM{f' {member.drone}' if row.numbered or len(plan.of_kind(row.kind)) > 1 else ''}"
-        )
+        line = f"flockwire {row.kind} SWARM{f' {member.drone}' if plan.is_named_by_id(identity) else ''}"
         return Finding(identity, "process", "silent", f"start it: {line}; if it runs, its log gives the reason")
     bound, most = status.clock_bound, plan.swarm.limits.clock_offset_bound
     if bound < 0.0 or bound > most:
