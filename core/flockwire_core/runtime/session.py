@@ -27,7 +27,7 @@ from flockwire_core.runtime.linger import ignore_linger
 from flockwire_core.security.files import Credentials, CredentialsError, default_folder, files_of, hold
 from flockwire_core.wire.inbox import inbox_of
 from flockwire_core.wire.keys import ROWS, Delivery, Key
-from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.plan import Plan, port_of
 from flockwire_core.wire.processes import Link
 
 # One runtime thread instead of five: a third less processor time at 100 Hz. It is read when Zenoh's runtime starts. A
@@ -230,11 +230,6 @@ def _credentials(plan: Plan, folder: Path, identity: str, verified: bool) -> Cre
     from flockwire_core.security.credentials import load_credentials  # noqa: PLC0415  (takes 0.1 s)
 
     return load_credentials(folder, identity, clock.utc(), plan.issuer(identity), plan.authorities)
-
-
-def port_of(endpoint: str) -> int:
-    """Return the port of HOST:PORT."""
-    return int(endpoint.rpartition(":")[2])
 
 
 def _reason(error: zenoh.ZError) -> str:

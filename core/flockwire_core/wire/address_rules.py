@@ -9,7 +9,7 @@ from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.rules import Rule
 from flockwire_core.swarm.tables import HIGHEST_PORT, LOWEST_PORT
 from flockwire_core.swarm.validation import Problem
-from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.plan import Plan, port_of
 from flockwire_core.wire.processes import DRIVER, KINEMATICS, PROCESSES
 
 
@@ -49,7 +49,7 @@ def _processes(plan: Plan) -> Iterator[Problem]:
 
 def _ports(plan: Plan) -> Iterator[Problem]:
     for identity, endpoint in (*plan.endpoints.items(), *plan.reserved.items()):
-        port = int(endpoint.rpartition(":")[2])
+        port = port_of(endpoint)
         if not LOWEST_PORT <= port <= HIGHEST_PORT:
             bound = f"highest is {HIGHEST_PORT}" if port > HIGHEST_PORT else f"lowest is {LOWEST_PORT}"
             yield Problem("network.base_port", f"{identity} would listen at port {port}, the {bound}")

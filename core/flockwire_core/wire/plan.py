@@ -18,6 +18,11 @@ AUTHORITY = "ca"  # signs the certificates of processes
 OPERATORS = "operators"  # signs those of operators
 
 
+def port_of(endpoint: str) -> int:
+    """Return the port of HOST:PORT."""
+    return int(endpoint.rpartition(":")[2])
+
+
 class Flow(NamedTuple):
     """One key with the identities that publish it and those that subscribe to it."""
 

@@ -20,7 +20,7 @@ from flockwire_core.own_law import law_check, step_time
 from flockwire_core.parameters import guard_parameters
 from flockwire_core.swarm.airframes import AIRFRAMES, ByItself
 from flockwire_core.swarm.model import Swarm, uav
-from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.plan import Plan, port_of
 
 from flockwire_operator.station.idle_options import idle
 from flockwire_operator.station.prediction import predicted
@@ -165,7 +165,7 @@ def _links(plan: Plan) -> Iterator[str]:
         links_all = len(links) == len(plan.identities) - 1
         yield f"  {identity:<11} {endpoint:<21} {'all' if links_all else ', '.join(links)}"
     if plan.reserved:
-        ports = [int(endpoint.rpartition(":")[2]) for endpoint in plan.reserved.values()]
+        ports = [port_of(endpoint) for endpoint in plan.reserved.values()]
         yield f"  operators dial ports of their own: {min(ports)} to {max(ports)}"
 
 
