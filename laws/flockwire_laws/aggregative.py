@@ -40,7 +40,7 @@ class Aggregative:
         self._x = self._s = self._y = np.zeros(3)
 
     def step(self, observation: fw.Observation) -> fw.Decision:
-        """Return u_i, and s_i and y_i of a round that begins; the error is |x − p|."""
+        """Return u_i, and s_i and y_i of a round that begins; the error is |x − p| in the plane."""
         for one in observation.news:
             self._heard.setdefault((one.content.start, one.content.round), {})[one.number] = one
         place, t = observation.place, observation.t
@@ -58,7 +58,7 @@ class Aggregative:
             }
             begins = True
         message = Tracker(self._start, self._round, vector(self._s), vector(self._y)) if begins else None
-        return fw.Decision((self._x - own) / self._task.period, message, size(self._x - own))
+        return fw.Decision((self._x - own) / self._task.period, message, size((self._x - own)[:2]))
 
     def _advance(self, heard: list[fw.Heard], r: Triple) -> None:
         """Make one round with what the neighbours sent of it."""

@@ -46,9 +46,19 @@ def shape(flight):
     return np.linalg.norm(points[:, None] - points, axis=-1)  # (n, n, times)
 
 
-@pytest.mark.parametrize("name", sorted(path.stem for path in EXAMPLES.glob("*.toml")))
+NAMES = sorted(path.stem for path in EXAMPLES.glob("*.toml"))
+
+
+@pytest.mark.parametrize("name", NAMES)
 def test_check_finds_no_problem(name):
     assert law_check(load_swarm(EXAMPLES / f"{name}.toml"))[0] == []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", NAMES)
+def test_the_command_flies_it_and_all_is_well(name, flockwire, tmp_path):
+    done = flockwire("sim", EXAMPLES / f"{name}.toml", "--duration", 25, "--out", tmp_path / "out")
+    assert done.returncode == 0, done.stdout
 
 
 def test_consensus_falls_at_its_rate():
