@@ -107,6 +107,13 @@ class World:
         slow = tuple(f"{identity}: {reason.text}" for identity, reason in measured if reason is not None)
         return Outcome(failure, (scheduler.now - EPOCH) / SECOND, slow)
 
+    def advance(self, end: int) -> None:
+        """Fly until `end` (Unix ns), beyond the end of a conducted flight too."""
+        scheduler = self.scheduler
+        while scheduler.now < end:  # the operator's end of a flight stops the scheduler once
+            scheduler.at(end, lambda _: None)
+            scheduler.run(end)
+
     @property
     def director(self) -> Director:
         """The director of the operator's newest flight; ValueError without one."""

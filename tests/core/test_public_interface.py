@@ -12,9 +12,12 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PUBLIC = ("flockwire.scripting", "flockwire.law", "flockwire.analysis")
-NAMES_ON = {"flockwire.scripting": "python", "flockwire.law": "own_law", "flockwire.analysis": "python"}
-CALLS_ON = {"flockwire.scripting": "scripting", "flockwire.law": "own_law", "flockwire.analysis": "python"}
+PUBLIC = ("flockwire.scripting", "flockwire.law", "flockwire.analysis", "flockwire.testing")
+NAMES_ON = {
+    "flockwire.scripting": "python", "flockwire.law": "own_law", "flockwire.analysis": "python",
+    "flockwire.testing": "testing",
+}  # fmt: skip
+CALLS_ON = {**NAMES_ON, "flockwire.scripting": "scripting"}
 CALL = re.compile(r"`(?:await )?(?:flight)?\.?(\w+)\(([^`]*)\)`")
 HEAVY = ("numpy", "scipy", "matplotlib", "rich", "typer", "zenoh", "cryptography")
 PAGES = sorted(
@@ -96,7 +99,7 @@ def test_each_call_on_a_page_has_the_parameters_of_the_function(module):
             assert not default or ast.literal_eval(default) == one.default, name
 
 
-@pytest.mark.parametrize("module", ["flockwire.scripting", "flockwire.law"])
+@pytest.mark.parametrize("module", ["flockwire.scripting", "flockwire.law", "flockwire.testing"])
 def test_all_that_a_public_class_has_is_documented(module):
     page = text_of(CALLS_ON[module])
     for one in classes(module):
@@ -126,3 +129,14 @@ def test_a_law_of_your_own_loads_nothing_heavy():
     code = f"import sys, flockwire.law; print(*sys.modules.keys() & set({HEAVY}))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "\n"
+
+
+def test_the_front_door_names_what_the_public_modules_have():
+    flockwire = import_module("flockwire")
+    for name in flockwire.__all__:
+        found = getattr(flockwire, name)
+        assert f"flockwire.{name}" in PUBLIC or any(
+            getattr(import_module(module), name, None) is found for module in PUBLIC
+        ), name
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        flockwire.nothing  # noqa: B018

@@ -1,10 +1,11 @@
-"""Commands that write files: `init` a swarm file, `deploy` containers or services from the same plan as `up`."""
+"""Commands that write files: `new` a law, `init` a swarm file, `deploy` containers or services of `up`'s plan."""
 
 from __future__ import annotations
 
 import sys
 from enum import StrEnum
 from ipaddress import IPv4Network
+from keyword import iskeyword
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 from zipfile import BadZipFile
@@ -28,6 +29,22 @@ class Target(StrEnum):
     COMPOSE = "compose"
     SYSTEMD = "systemd"
     ANSIBLE = "ansible"
+
+
+@app.command()
+def new(name: Annotated[str, typer.Argument(metavar="NAME", help="The law's name, such as my_law.")]) -> None:
+    """Write a first law of your own, its swarm file and its test into this folder."""
+    from flockwire_operator.station.first_law import write_law  # noqa: PLC0415
+
+    if not (name.isascii() and name.isidentifier() and name[0].isalpha()) or iskeyword(name):
+        refuse(f"NAME = {name}: must be a name in Python, of letters, digits and _, such as my_law")
+    try:
+        law, swarm, test = write_law(Path(), name)
+    except FileExistsError as error:
+        refuse(f"NAME = {name}: {error} exists; name a new one")
+    except OSError as error:
+        refuse(f"NAME = {name}: cannot write here: {error.strerror}")
+    print(f"flockwire: {law}, {swarm}, {test}; next: flockwire check {swarm}, flockwire sim {swarm}, pytest {test}")
 
 
 @app.command()

@@ -53,11 +53,7 @@ class VirtualFlight(Flight):
         await asyncio.sleep(0)
 
     def _advance(self, seconds: float) -> None:
-        scheduler = self._world.scheduler
-        end = scheduler.now + nanoseconds(seconds)
-        while scheduler.now < end:  # the operator's end of a flight stops the scheduler once
-            scheduler.at(end, lambda _: None)
-            scheduler.run(end)
+        self._world.advance(self._world.scheduler.now + nanoseconds(seconds))
 
     def _now(self) -> int:
         return self._world.scheduler.now
