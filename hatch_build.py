@@ -51,6 +51,7 @@ DENSE = ("-fvisibility=hidden", *(f"-fno-align-{what}" for what in ("functions",
 LEFT_ALONE = {  # of whole folders: no mathematics in floats
     "__init__.py",
     "convergence.py",
+    "gains.py",
     "survey.py",
 }
 

@@ -12,15 +12,18 @@ from typing import ClassVar
 from flockwire_core.compiling import mypyc_attr
 from flockwire_core.control.airframe.first_order_lag import lead, stopping_reference
 from flockwire_core.control.around.bent_place import BentPlace
-from flockwire_core.control.around.sidestep import Sidestep
+from flockwire_core.control.around.sidestep import Sidestep, SidestepParameters
 from flockwire_core.control.around.way_of_mover import WayOfMover
 from flockwire_core.control.around.way_round import WayRound
 from flockwire_core.control.leader_track import LeaderTrack
-from flockwire_core.control.observer import relay_step
+from flockwire_core.control.observer import ObserverParameters, relay_step
 from flockwire_core.domain.motion import LeaderMotion, Motion
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
 from flockwire_core.law import RELAYING, Decision, Heard, Information, LawSettings, Observation, Place, leader_of
+from flockwire_core.parameters import detour_parameters
+
+from flockwire_agent.gains import ExtendedGains
 
 SIDE_SWITCH_TIME = 3.0  # s without progress after which a drone changes the side; each drone adds its own share
 
@@ -30,22 +33,24 @@ class ExtendedLaw:
     """The extended law for one follower."""
 
     information: ClassVar[Information] = RELAYING  # compiled, any other is an attribute of instances
+    Parameters: ClassVar[type] = ExtendedGains
 
     def __init__(self, settings: LawSettings) -> None:
-        self._gain, self._speed = settings.protocol.formation_gain, settings.speed
+        gains, detour = ExtendedGains.of(settings.parameters), detour_parameters(settings.guard)
+        self._gain, self._speed = gains.formation_gain, settings.speed
         self._lag, self._dead_time, self._hold = settings.lag, settings.dead_time, settings.period
         self._period = round(self._hold * SECOND)
-        self._observer = settings.observer
-        self._time_constant = settings.leader_time_constant
+        self._observer = ObserverParameters(gains.observer_gain, gains.observer_exponent)
+        self._time_constant = gains.leader_time_constant
         self._track = LeaderTrack(self._time_constant)
         self._waits, self._start = True, 0  # without a place in a formation; time 0 of the last one
         self._leader: LeaderMotion | None = None
         self._epoch = 0  # Unix ns, time 0 of the trackers
         patience = SIDE_SWITCH_TIME * (1.0 + (settings.number * 0.618) % 1.0)
-        self._bent = BentPlace(settings.detour)
-        self._way = WayRound(settings.detour, 0.5 * patience)
-        self._mover = WayOfMover(settings.detour)
-        self._sidestep = Sidestep(settings.sidestep, patience)
+        self._bent = BentPlace(detour)
+        self._way = WayRound(detour, 0.5 * patience)
+        self._mover = WayOfMover(detour)
+        self._sidestep = Sidestep(SidestepParameters(gains.safety_distances, gains.sidestep_reach), patience)
 
     def step(self, observation: Observation) -> Decision:
         """Relay the leader's motion, then track the place in the formation."""

@@ -15,12 +15,8 @@ from types import MappingProxyType
 from typing import Any, Final, NamedTuple, Protocol
 
 from flockwire_core.compiling import mypyc_attr
-from flockwire_core.control.around.bent_place import DetourParameters
-from flockwire_core.control.around.sidestep import SidestepParameters
 from flockwire_core.control.formation import Formation
-from flockwire_core.control.observer import ObserverParameters
-from flockwire_core.control.potential import PotentialParameters
-from flockwire_core.control.protocol import ProtocolParameters
+from flockwire_core.control.guard import GuardParameters
 from flockwire_core.domain.body import Body, BodyKind
 from flockwire_core.domain.motion import LeaderMotion, Motion
 from flockwire_core.domain.record import Record
@@ -39,7 +35,7 @@ END_OF_TIME: Final = SECOND << 31  # Unix ns of the first stamp that a message c
 
 
 class LawSettings(NamedTuple):
-    """The input of a law's constructor: one drone's constants, and the gains of the swarm file."""
+    """The input of a law's constructor: the constants of one drone, and the law's parameters."""
 
     number: int  # of the follower
     period: float  # s, between two steps
@@ -47,15 +43,8 @@ class LawSettings(NamedTuple):
     dead_time: float  # s, likewise
     speed: float  # m/s, at most
     acceleration: float  # m/s^2, at most
-    parameters: Mapping[str, object]  # [control.parameters], for `Parameters.of`
-    protocol: ProtocolParameters  # the gains of (9)
-    observer: ObserverParameters  # the gains of (8)
-    explicit_observer: bool  # whether (8) is stepped forward, not backward (law "paper")
-    velocity_time_constant: float  # s, of the filter of the estimated velocity (law "paper")
-    leader_time_constant: float  # s, of the tracker of the leader's velocity (law "extended")
-    potentials: PotentialParameters  # of (9)
-    sidestep: SidestepParameters  # round drones that are in the way (law "extended")
-    detour: DetourParameters  # round bodies, and within the room (law "extended")
+    parameters: Mapping[str, object]  # for `Parameters.of`
+    guard: GuardParameters  # of the safety filter: the distances that it keeps, the room, its limits
     neighbours: Mapping[int, float] = MappingProxyType({})  # w_ij of its in-neighbours, by number
 
 

@@ -25,7 +25,7 @@ from flockwire_core.law import (
     check_decision,
 )
 from flockwire_core.objects import load_object
-from flockwire_core.parameters import law_settings
+from flockwire_core.parameters import law_parameters, law_settings
 from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.swarm.tables import Model
@@ -101,7 +101,7 @@ def law_problems(swarm: Swarm) -> Iterator[Problem]:
         yield Problem("leaders", rule)
     model = getattr(law, "Parameters", NoParameters)
     try:
-        model.model_validate_json(json.dumps(swarm.control.parameters))
+        model.model_validate_json(json.dumps(law_parameters(swarm, law)))
     except ValidationError as error:
         for problem in problems_of(error, model):
             yield problem._replace(key=f"control.parameters.{problem.key}".rstrip("."), value=problem.value or "")
@@ -222,7 +222,7 @@ def law_check(swarm: Swarm) -> tuple[list[str], list[str], dict[str, float]]:
     if swarm.sole_leader is not None:
         places[swarm.sole_leader] = ZERO
     try:
-        problems, notes, rates = check(swarm.topology, places, swarm.control.parameters)
+        problems, notes, rates = check(swarm.topology, places, law_parameters(swarm, law))
         return [*map(str, problems)], [*map(str, notes)], {str(name): float(rate) for name, rate in rates.items()}
     except Exception as error:  # a user's may raise anything
         return [f"its check fails: {_raised(error)}"], [], {}

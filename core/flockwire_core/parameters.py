@@ -12,11 +12,11 @@ from flockwire_core.control.fence import Room
 from flockwire_core.control.formation import Formation
 from flockwire_core.control.guard import GuardParameters
 from flockwire_core.control.leader_track import leader_time_constant
-from flockwire_core.control.observer import ObserverParameters
 from flockwire_core.control.potential import PotentialParameters
-from flockwire_core.control.protocol import ProtocolParameters
 from flockwire_core.domain.body import Separation
 from flockwire_core.law import LawSettings
+from flockwire_core.objects import load_object
+from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.tables import Checks, Limits, Obstacle
 from flockwire_core.wire.processes import Roster
@@ -105,25 +105,39 @@ def guard_parameters(swarm: Swarm, number: int) -> GuardParameters:
     )
 
 
+def law_parameters(swarm: Swarm, law: object) -> dict[str, object]:
+    """Return [control.parameters] for the class `law`; what its model needs beyond them, other tables hold."""
+    control, observer, avoidance = swarm.control, swarm.observer, swarm.avoidance
+    tables = {
+        "formation_gain": control.formation_gain,
+        "compensation_gain": control.compensation_gain,
+        "compensation_smoothing": control.compensation_smoothing,
+        "observer_step": observer.step,
+        "observer_gain": observer.gain,
+        "observer_exponent": observer.exponent,
+        "velocity_time_constant": observer.velocity_time_constant,
+        "leader_time_constant": observer.leader_time_constant or leader_time_constant(swarm.depth),
+        "safety_distances": avoidance.safe,
+        "sidestep_reach": avoidance.sidestep_reach,
+        **potential_parameters(swarm)._asdict(),
+    }
+    fields = getattr(getattr(law, "Parameters", None), "model_fields", {})
+    needed = {name: tables[name] for name, field in fields.items() if field.is_required() and name in tables}
+    return needed | control.parameters
+
+
 def law_settings(swarm: Swarm, number: int) -> LawSettings:
     """Return the settings of the law of follower `number` of `swarm`."""
-    airframe, control, observer = swarm.airframe(number), swarm.control, swarm.observer
+    airframe, guard = swarm.airframe(number), guard_parameters(swarm, number)
     return LawSettings(
         number=number,
-        period=1.0 / control.rate_hz,
+        period=guard.period,
         lag=airframe.lag,
         dead_time=airframe.dead_time,
-        speed=swarm.full_speed(number),
-        acceleration=swarm.limits.acceleration,
-        parameters=control.parameters,
-        protocol=ProtocolParameters(control.formation_gain, control.compensation_gain, control.compensation_smoothing),
-        observer=ObserverParameters(observer.gain, observer.exponent),
-        explicit_observer=observer.step == "explicit",
-        velocity_time_constant=observer.velocity_time_constant,
-        leader_time_constant=observer.leader_time_constant or leader_time_constant(swarm.depth),
-        potentials=potential_parameters(swarm),
-        sidestep=sidestep_parameters(swarm),
-        detour=detour_parameters(swarm, number),
+        speed=guard.speed,
+        acceleration=guard.acceleration,
+        parameters=law_parameters(swarm, load_object(law_object(swarm))),
+        guard=guard,
         neighbours=swarm.topology.neighbours(number),
     )
 
@@ -141,7 +155,6 @@ def sidestep_parameters(swarm: Swarm) -> SidestepParameters:
     return SidestepParameters(swarm.avoidance.safe, swarm.avoidance.sidestep_reach)
 
 
-def detour_parameters(swarm: Swarm, number: int) -> DetourParameters:
-    """Return the parameters of the detours of drone `number`, a follower or the leader."""
-    guard = guard_parameters(swarm, number)
+def detour_parameters(guard: GuardParameters) -> DetourParameters:
+    """Return the parameters of the detours of a drone with the safety filter `guard`."""
     return DetourParameters(guard.separation, guard.room, guard.speed, guard.acceleration, 1.0 / guard.rate)

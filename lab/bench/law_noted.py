@@ -6,6 +6,7 @@ from flockwire_agent.extended_law import ExtendedLaw
 from flockwire_core.domain.motion import Motion
 from flockwire_core.domain.vector import ZERO, Vector, add, subtract
 from flockwire_core.law import Decision, LawSettings, Observation
+from flockwire_core.parameters import detour_parameters
 from flockwire_core.swarm.model import uav
 from tangent_planner import Planner
 
@@ -31,7 +32,7 @@ class Planned(Noted):
 
     def __init__(self, settings: LawSettings) -> None:
         super().__init__(settings)
-        self._planner = Planner(settings.detour, settings.number)
+        self._planner = Planner(detour_parameters(settings.guard), settings.number)
 
     def _around(self, observation: Observation, motion: Motion, forward: Vector, error: Vector, now: float) -> Vector:
         place = subtract(motion.stopping, error)

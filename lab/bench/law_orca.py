@@ -29,6 +29,8 @@ from flockwire_core.law import (
     LawSettings,
     LeaderMotion,
     Observation,
+    Parameters,
+    Positive,
     Vector,
     add,
     limit,
@@ -40,14 +42,21 @@ HORIZON = 2.0  # s, tau
 SPARE = 0.02  # m, above the distance to be kept
 
 
+class Gains(Parameters):
+    """The gain of the wanted velocity, `[control] formation_gain` unless it is given."""
+
+    formation_gain: Positive  # 1/s
+
+
 class Orca:
     """The law for one follower."""
 
     information = RELAYING
+    Parameters = Gains
 
     def __init__(self, settings: LawSettings) -> None:
-        self._gain, self._speed = settings.protocol.formation_gain, settings.speed
-        self._separation = settings.detour.separation
+        self._gain, self._speed = Gains.of(settings.parameters).formation_gain, settings.speed
+        self._separation = settings.guard.separation
         self._leader: LeaderMotion | None = None
 
     def step(self, observation: Observation) -> Decision:

@@ -7,7 +7,7 @@ from flockwire_core.domain.airframe import Command
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, subtract
-from flockwire_core.parameters import detour_parameters, pilot_parameters
+from flockwire_core.parameters import detour_parameters, guard_parameters, pilot_parameters
 from flockwire_core.pilot.leadership import LeaderSign
 from flockwire_core.pilot.neighbourhood import LEADING_PHASES
 from flockwire_core.pilot.pilot import Pilot
@@ -37,7 +37,7 @@ class FlyingLeader:
         self.prompt = frozenset({MISSION})
         self.period = pilot.period
         self._course = Course(swarm, number)
-        self._mover = WayOfMover(detour_parameters(swarm, number)) if swarm.control.filtered else None
+        self._mover = WayOfMover(detour_parameters(guard_parameters(swarm, number))) if swarm.control.filtered else None
         ahead = airframe.lag + airframe.dead_time  # s
         self._leads_stopping = pilot.guard is not None and (ahead > 0.0 or pilot.disturbance > 0.0)
         self._teleoperation = Teleoperation(swarm, number) if swarm.leading[number].steered else None

@@ -22,7 +22,7 @@ from flockwire_core.control.around.sidestep import Sidestep
 from flockwire_core.control.trajectory_time import LONGEST_STEP, TrajectoryTime, falling, free_error
 from flockwire_core.domain.body import Body, BodyKind
 from flockwire_core.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
-from flockwire_core.parameters import detour_parameters, sidestep_parameters
+from flockwire_core.parameters import detour_parameters, guard_parameters, sidestep_parameters
 from flockwire_core.swarm.model import Swarm
 
 REACTION_PERIODS = 3.0  # control periods, from a command to the pose that shows it
@@ -47,7 +47,7 @@ class Course:
         self._delay = self._ahead + REACTION_PERIODS / swarm.control.rate_hz
         self._braking, self._separation = swarm.limits.acceleration, swarm.avoidance.kept
         self._sidestep = Sidestep(sidestep_parameters(swarm), SIDE_SWITCH_TIME)
-        self._detour = detour_parameters(swarm, number)
+        self._detour = detour_parameters(guard_parameters(swarm, number))
         self._straighten()
         self._origin = ZERO  # start of the trajectory, m
         self._passed = 0.0  # m along the trajectory

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import tomli_w
 from flockwire.law import RELAYING, SECOND, Decision, LawSettings, LeaderMotion, Observation
+from flockwire_agent.gains import PaperGains
 from flockwire_core import law
 from flockwire_core.law import check_decision
 from flockwire_core.loading import SwarmFileError
@@ -110,7 +111,16 @@ def test_the_settings_are_those_of_the_drone_and_the_swarm_file(make_swarm: Call
     settings = law_settings(swarm, 2)
     assert (settings.number, settings.period, settings.lag, settings.dead_time) == (2, 0.02, 0.25, 0.1)
     assert (settings.speed, settings.acceleration) == (1.5, swarm.limits.acceleration)
-    assert settings.protocol.formation_gain == 2.0
+    assert settings.parameters["formation_gain"] == 2.0
+    assert settings.guard.separation == swarm.avoidance.kept
+
+
+def test_parameters_of_the_built_in_laws_are_those_of_the_tables_or_their_own(make_swarm: Callable[..., Swarm]) -> None:
+    changes = {"control.law": "paper", "observer.gain": 2.0, "control.parameters": {"observer_exponent": 3.0}}
+    gains = PaperGains.of(law_settings(make_swarm(changes), 1).parameters)
+    assert (gains.observer_gain, gains.observer_exponent) == (2.0, 3.0)
+    with pytest.raises(SwarmFileError, match=r"control.parameters.observer_gain = -1.0"):
+        make_swarm({**changes, "control.parameters": {"observer_gain": -1.0}})
 
 
 @pytest.fixture

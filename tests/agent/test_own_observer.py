@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from flockwire_agent.paper_law import PaperLaw
-from flockwire_core.control.protocol import control_input
+from flockwire_core.control.protocol import ProtocolParameters, control_input
 from flockwire_core.domain.motion import LeaderMotion, Motion
 from flockwire_core.domain.time import SECOND
 from flockwire_core.law import Heard, Observation, Place
@@ -42,7 +42,7 @@ def observed(estimate: LeaderMotion, swarm: Swarm) -> Observation:
 def test_the_estimate_is_the_observers_and_the_command_that_of_the_papers_protocol(
     observer: ModuleType, make_swarm: Callable[..., Swarm]
 ) -> None:
-    swarm = make_swarm({"observer.gain": 2.0})
+    swarm = make_swarm({"observer.gain": 2.0, "control.law": "my_observer:LinearObserver"})
     settings, seen = law_settings(swarm, 1), observed(LeaderMotion((1.5, 0.0, 1.0)), swarm)
     own, papers = (law(settings).step(seen) for law in (observer.LinearObserver, PaperLaw))
     assert own.message is not None
@@ -51,13 +51,15 @@ def test_the_estimate_is_the_observers_and_the_command_that_of_the_papers_protoc
     assert papers.message.position != pytest.approx(own.message.position)
     assert seen.motion is not None
     assert seen.place is not None
+    control = swarm.control
+    protocol = ProtocolParameters(control.formation_gain, control.compensation_gain, control.compensation_smoothing)
     offset, rate = seen.place.offset(1.0), seen.place.rate(1.0)
-    wanted = control_input(seen.motion.position, offset, rate, own.message.position, (0.0,) * 3, settings.protocol)
+    wanted = control_input(seen.motion.position, offset, rate, own.message.position, (0.0,) * 3, protocol)
     assert own.command == pytest.approx(wanted)
 
 
 def test_an_observer_may_return_an_array(make_swarm: Callable[..., Swarm]) -> None:
-    settings = law_settings(make_swarm(), 1)
+    settings = law_settings(make_swarm({"control.law": "paper"}), 1)
     law = PaperLaw(settings, lambda *_: np.array([1.0, 2.0, 3.0]))  # type: ignore[arg-type, return-value]
     decision = law.step(observed(LeaderMotion((1.5, 0.0, 1.0)), make_swarm()))
     assert decision.message is not None

@@ -41,7 +41,7 @@ def observed(now, motion, estimates, bodies=(), reference=None):
 
 @pytest.mark.sources  # its places are no formation that compiled code knows
 def test_the_linear_law_lags_by_the_leaders_speed_over_the_gain_at_each_hop(make_swarm):
-    swarm, speed = make_swarm(), 0.3
+    swarm, speed = make_swarm({"control.law": "law_consensus:LinearConsensus"}), 0.3
     laws = [LinearConsensus(law_settings(swarm, number)) for number in (1, 2, 3, 4)]
     reference = [Place(Still(PLACES), rank, 0) for rank in range(4)]
     positions, sent = [(0.0, 0.0, 0.0)] * 4, [None] * 4
@@ -73,7 +73,7 @@ def test_the_sliding_mode_observer_reaches_the_leader_in_finite_time_and_stays(s
 
 
 def test_the_observer_is_all_that_differs_from_the_papers_law(make_swarm):
-    law = SlidingMode(law_settings(make_swarm(), 1))
+    law = SlidingMode(law_settings(make_swarm({"control.law": "paper"}), 1))
     heard = [Heard(0, 1.0, True, 0, 1, LeaderMotion((1.0, 0.0, 0.0)))]
     decision = law.step(observed(0, motion_of((0.0, 0.0, 0.0)), heard))
     assert decision.message.position == pytest.approx((STEP * 3.0, 0.0, 0.0))
@@ -82,7 +82,8 @@ def test_the_observer_is_all_that_differs_from_the_papers_law(make_swarm):
 def swap(count, radius=1.5):
     """Let `count` drones on a circle change to the opposite places; returns the smallest distance, and who arrived."""
     table = {
-        "name": "swap", "formation": {"kind": "circle", "radius": 1.0}, "leader": {"kind": "virtual"},
+        "name": "swap", "control": {"law": "law_orca:Orca"},
+        "formation": {"kind": "circle", "radius": 1.0}, "leader": {"kind": "virtual"},
         "graph": {"edges": [[0, i] for i in range(1, count + 1)]},
         "drones": [{"id": i, "start": [3.0 * i, 0.0, 0.0]} for i in range(1, count + 1)],
         "limits": {"speed": 1.0, "fence": {"min": [-50, -50, -1], "max": [50, 50, 3]}},
