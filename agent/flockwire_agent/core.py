@@ -14,7 +14,7 @@ from flockwire_core.domain.signals import Signals
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add
 from flockwire_core.law import STATE, Decision, Heard, Observation, Output, Place, Sense
-from flockwire_core.own_law import make_law
+from flockwire_core.objects import load_object
 from flockwire_core.parameters import auction_parameters, law_settings, pilot_parameters
 from flockwire_core.pilot.law_messages import Hearing, LawSender
 from flockwire_core.pilot.leadership import Leadership
@@ -66,7 +66,7 @@ class AgentCore:
         )
         self._declared = declared = information_of(swarm)
         own, form, leaders = declared.own, law_form(declared), frozenset(swarm.leaders)
-        make = partial(make_law, law_object(swarm), law_settings(swarm, number))
+        make = partial(load_object(law_object(swarm)), law_settings(swarm, number))
         self._law = GuardedLaw(make, name, stopwatch, declared, form, aside)
         self._relays, self._whole = relays(swarm), own & STATE == STATE
         seen = neighbours if declared.neighbours else {}
