@@ -14,14 +14,13 @@ from contextlib import AbstractContextManager
 from flockwire_core import clock
 from flockwire_core.process.cores import Core
 from flockwire_core.runtime.session import Session
-from flockwire_core.runtime.standard_streams import finish
 from flockwire_core.runtime.ticker import NO_LOCK
 from flockwire_core.wire.plan import Plan
 
 LIFELINE = "FLOCKWIRE_LIFELINE"  # file descriptor whose end means that the parent is gone
 LAST_RESORT = 1.8  # s for closing the session
 UNDONE = 70  # exit status of a process with unfinished work
-LAST_WORDS = 0.2  # s for writing why it did not close
+LAST_WORDS = 0.2  # s for another thread to write why it did not close
 POLL = 0.05  # s between two checks whether a process may end
 
 
@@ -98,7 +97,7 @@ def last_resort(identity: str, done: bool) -> None:
             f"the session did not close in {LAST_RESORT} s: its peers have vanished; the process ends, "
             f"its work is {'' if done else 'not '}done"
         )
-        finish(LAST_WORDS)
+        threading.Event().wait(LAST_WORDS)
         os._exit(0 if done else UNDONE)
 
     timer = threading.Timer(LAST_RESORT, give_up)

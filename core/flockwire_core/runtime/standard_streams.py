@@ -139,12 +139,6 @@ def later(work: Callable[[], None]) -> None:
         _writer.take(work)
 
 
-def finish(patience: float) -> None:
-    """Wait at most `patience` s until all is written, before this process ends at once."""
-    if _writer is not None:
-        _writer.end(patience)
-
-
 @contextlib.contextmanager
 def unblocked(patience: float | None = None) -> Iterator[None]:
     """Do not wait for the terminal or a reader during the context; wait at its end, at most `patience` s."""

@@ -7,7 +7,7 @@ import threading
 from pathlib import Path
 
 import pytest
-from flockwire_core.runtime.standard_streams import DROPPED, MOST, UnblockedStream, busy, finish, later, unblocked
+from flockwire_core.runtime.standard_streams import DROPPED, MOST, UnblockedStream, busy, later, unblocked
 
 FULL = Path("/dev/full")
 
@@ -109,7 +109,6 @@ def test_the_end_of_a_process_does_not_wait_for_a_paused_reader():
     outlet = UnblockedStream(write_end)
     with unblocked(patience=0.0):
         outlet.write(1_000_000 * b"x")
-        finish(0.0)
         assert busy()
     os.close(read_end)  # the thread ends
 
