@@ -169,7 +169,6 @@ class Stepper:
         self._ahead = self._last = 0  # ns of the core's time ahead of swarm time, and its last time
         self._counts = StepCounts()
         self._period = round(core.period * SECOND)
-        self.postpone: Callable[[int], None] | None = None  # of a ticker that leaves out ticks that make no step
         self._earliest = 0  # stamp of the trigger that makes the next step, Unix ns
         self._ticks = WATCHDOG_TICKS - 1  # since the last step; one less after a long gap
 
@@ -209,9 +208,6 @@ class Stepper:
         if late >= 0 or late < -period:
             self._earliest = self._earliest + period if 0 <= late < period else stamp
             self._ticks = 0 if late < 3 * period // 2 else -1
-            if self.postpone is not None:
-                self.postpone(WATCHDOG_TICKS - 1 - self._ticks)
-                self._ticks = WATCHDOG_TICKS - 1
             self._counts.count(now - self._ahead - inbox.sent, inbox.missed)
             self._step(now)
 

@@ -66,15 +66,9 @@ class Shell:
         if sockets is not None:
             sockets.time = self.time
         self._ticker = Ticker(tick_period(core), self._tick, swarm_clock.lock)
-        self._postpones = bool(core.triggers) and not timed.keys
 
     def start(self, direct: bool = False) -> None:
-        """Begin; `direct`: the core's inputs are keys alone, so that it may step on Zenoh's thread.
-
-        Without a clock to correct, no tick then wakes the loop while triggers arrive: 7 % of an agent's CPU.
-        """
-        if direct and self._postpones:
-            self._stepper.postpone = self._ticker.postpone
+        """Begin; `direct`: the core's inputs are keys alone, so that it may step on Zenoh's thread."""
         self._ticker.start()
         self._running, self._wakeup.direct = True, direct
 

@@ -7,7 +7,6 @@ elsewhere, are about a millisecond late.
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import ctypes
 import os
 from collections.abc import Callable
@@ -49,17 +48,6 @@ class Ticker:
         else:
             self._timer = self._loop.call_later(self._period / SECOND, self._elapsed)
 
-    def postpone(self, ticks: int) -> None:
-        """Delay the next tick to between `ticks` and `ticks` + 1 periods from now.
-
-        Any thread that holds the lock may call it, between `start` and `stop`.
-        """
-        now, least = clock.monotonic(), ticks * self._period
-        if not least < self._next - now <= least + self._period:
-            self._next = now + least + self._period
-            if self._fd >= 0:
-                _set_time(self._fd, self._next, self._period)
-
     def stop(self) -> None:
         """Stop ticking; harmless before `start`."""
         if self._fd >= 0:
@@ -70,9 +58,8 @@ class Ticker:
             self._timer.cancel()
 
     def _expired(self) -> None:
-        with contextlib.suppress(BlockingIOError):  # it was postponed meanwhile
-            os.read(self._fd, 8)
-            self._fire()
+        os.read(self._fd, 8)
+        self._fire()
 
     def _elapsed(self) -> None:
         self._fire()
@@ -81,25 +68,19 @@ class Ticker:
 
     def _fire(self) -> None:
         with self._lock:
-            late = clock.monotonic() - self._next
-            if late >= 0:  # else it was postponed meanwhile
-                skipped, late = divmod(late, self._period)
-                self._next += (skipped + 1) * self._period
-                self._tick(late, skipped)
+            skipped, late = divmod(max(0, clock.monotonic() - self._next), self._period)
+            self._next += (skipped + 1) * self._period
+            self._tick(late, skipped)
 
 
 def _timerfd(first: int, interval: int) -> int:
     fd: int = _LIBC.timerfd_create(_CLOCK_MONOTONIC, os.O_NONBLOCK | os.O_CLOEXEC)
     if fd < 0:
         raise _error()
-    _set_time(fd, first, interval)
-    return fd
-
-
-def _set_time(fd: int, first: int, interval: int) -> None:
     times = _TIMES.pack(*divmod(interval, SECOND), *divmod(first, SECOND))
     if _LIBC.timerfd_settime(fd, _ABSOLUTE, times, None) != 0:
         raise _error()
+    return fd
 
 
 def _error() -> OSError:
