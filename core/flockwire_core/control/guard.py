@@ -51,10 +51,14 @@ class GuardParameters(NamedTuple):
         """The highest speed, m/s, of the filter: two drones that meet still stop in time."""
         return min(self.speed, self.sight_speed(0.0))
 
+    @property
+    def delay(self) -> float:
+        """The time, s, until a drone brakes for another one: tau of `sight_speed`."""
+        return STOPPING_DISTANCE_FACTOR * self.slowness + 3.0 * self.period
+
     def sight_speed(self, age: float) -> float:
         """Return the speed, m/s, at which two drones still stop in time if their data is `age` s old."""
-        delay = STOPPING_DISTANCE_FACTOR * self.slowness + 3.0 * self.period
-        return sight_speed(self.sight, self.separation.drone, delay + age, self.acceleration)
+        return sight_speed(self.sight, self.separation.drone, self.delay + age, self.acceleration)
 
 
 class Guard:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from math import inf, sqrt
+from math import ceil, inf, sqrt
 
 # One thread: the threads of numpy's library wait for each other in busy loops. If other processes use the cores, an
 # eigenvalue of 1000 drones takes twelve seconds instead of one. It is read at numpy's import.
@@ -176,6 +176,7 @@ def warnings(swarm: Swarm) -> Iterator[str]:
     yield from _law_warnings(swarm)
     if swarm.control.law == "paper":
         yield from _compensation_warnings(swarm)
+        yield from _trail_warnings(swarm)
         for number in swarm.followers:
             yield from _oscillation(swarm, number)
     if swarm.control.filtered:
@@ -238,16 +239,36 @@ def _wind_warnings(swarm: Swarm) -> Iterator[str]:
 
 
 def _sight_warnings(swarm: Swarm) -> Iterator[str]:
-    """Yield a warning if the safety filter limits the speed below the file's limit or the formation's need."""
-    for name in sorted({swarm.drone(number).airframe for number in swarm.followers}):
-        number = next(i for i in swarm.followers if swarm.drone(i).airframe == name)
-        speed = guard_parameters(swarm, number).fastest
-        needed = swarm.survey().max_speed
-        if speed < needed:
+    """Yield a warning if the safety filter limits the speed below what formation and leader need, with the remedy."""
+    for name, number in _kinds(swarm):
+        guard, needed = guard_parameters(swarm, number), swarm.survey().max_speed + swarm.leader_speed
+        if guard.fastest < min(needed, guard.speed):
+            radius = guard.separation.drone + 2.0 * needed * guard.delay + needed * needed / guard.acceleration
             yield (
-                f"avoidance.sensing_radius = {swarm.avoidance.sensing_radius:g} m lets airframe {name} fly {speed:.2f} "
-                f"m/s and stop in time, the formation needs {needed:.2f} m/s"
+                f"avoidance.sensing_radius = {guard.sight:g} m lets airframe {name} fly {guard.fastest:.2f} m/s and stop "
+                f"in time, formation and leader need {needed:.2f} m/s; {ceil(10.0 * radius) / 10.0:g} m or more would do"
             )
+
+
+def _trail_warnings(swarm: Swarm) -> Iterator[str]:
+    """Yield a warning if an airframe trails its place under (9), which knows no delay A: by A |h''| / K (ours)."""
+    control, acceleration, most = swarm.control, swarm.survey().max_acceleration, swarm.checks.formation_tail
+    for name, number in _kinds(swarm):
+        frame = swarm.airframe(number)
+        slowness = frame.lag + frame.dead_time + swarm.gateway.latency
+        trail = slowness * acceleration / control.formation_gain
+        if most and trail > most:
+            yield (
+                f"airframe {name} will trail its place by about {trail:.2f} m: law 'paper' compensates no lag (lag and "
+                f"delays {slowness:.2f} s, the formation accelerates by {acceleration:.2g} m/s^2); control.law = "
+                "'extended' would do, or a slower formation"
+            )
+
+
+def _kinds(swarm: Swarm) -> Iterator[tuple[str, int]]:
+    """Yield each airframe of followers, with one that has it."""
+    found = {swarm.drone(number).airframe: number for number in reversed(swarm.followers)}
+    return iter(sorted(found.items()))
 
 
 def _oscillation(swarm: Swarm, number: int) -> Iterator[str]:

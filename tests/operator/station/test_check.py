@@ -67,6 +67,24 @@ def test_an_airframe_that_will_oscillate_is_named_with_a_cure(make_swarm):
     assert "will oscillate" not in warned(make_swarm(changes | {"control.compensation_smoothing": cure + 0.01}))
 
 
+def test_a_lag_that_the_papers_law_does_not_compensate_gives_a_warning(make_swarm):
+    late = {"airframes": {"kinematics": {"lag": 0.16, "dead_time": 0.1}}}
+    turning = {"formation": {"kind": "circle", "radius": 2.0, "rate": 1.0}, "limits.speed": 3.0}
+    assert "kinematics will trail its place by about 0.17 m" in warned(make_swarm(late | turning))
+    assert "trail" not in warned(make_swarm(late | turning | {"control.law": "extended"}))
+    assert "trail" not in warned(make_swarm(turning | {"airframes": {"kinematics": {"lag": 0.01}}}))
+
+
+def test_a_sight_too_short_for_the_formation_gives_a_warning_with_the_radius_that_would_do(make_swarm):
+    late = {"airframes": {"kinematics": {"lag": 0.16, "dead_time": 0.1}}, "control": {"law": "extended"}}
+    fast = late | {"formation": {"kind": "circle", "radius": 2.0, "rate": 1.0}, "limits.speed": 3.0}
+    (line,) = [line for line in warnings(make_swarm(fast)) if "stop in time" in line]
+    radius = float(line.split("; ")[1].split(" m")[0])
+    assert 2.0 < radius < 3.0
+    assert "stop in time" not in warned(make_swarm(fast | {"avoidance.sensing_radius": radius}))
+    assert "stop in time" in warned(make_swarm(fast | {"avoidance.sensing_radius": radius - 0.2}))
+
+
 def test_a_formation_gain_that_is_too_high_alone_is_reported(make_swarm):
     changes = {"airframes": {"kinematics": {"lag": 0.3, "dead_time": 0.2}}, "control.formation_gain": 20.0}
     assert "control.formation_gain = 20 alone is too high" in warned(make_swarm(changes))
