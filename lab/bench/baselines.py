@@ -43,7 +43,7 @@ ROWS = (
     Row(
         "paper, sliding mode observer", {"control.law": "law_sliding_mode:SlidingMode", "control.safety_filter": False}
     ),
-    Row("linear consensus", {"control.law": "law_consensus:LinearConsensus"}),
+    Row("linear consensus", {"control.law": "consensus", "control.parameters": {"gain": 3.0}}),
     Row("ORCA", {"control.law": "law_orca:Orca"}),
 )
 HEADS = ("law", "flights", "success", "drones, m", "obstacles, m", "formation, mm", "observation, mm", "settled, s")

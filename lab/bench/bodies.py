@@ -1,18 +1,14 @@
 """Poses that are not the drone's, in virtual time: whether it lands inside the fence, and whether none is missed.
 
-    python lab/bench/bodies.py [--honest 100] [--lies 12] [--first 0]
-
 Honest flights draw the airframe, a gain wrong by 30 % and a lag wrong by 60 % that no pilot knows, wind, gusts and
 downwash, noise, latency, law and speeds; none may refuse its poses for longer than a moment. Each kind of lie is flown
 with drawn swarms, from a drawn time on, for 3 s or until the end. A row: how far the worst drone was outside the fence
-and how near two in the air came to one another from then on, m. Ends with status 1 if an honest pilot took its body
-for another, a lie was missed, or a drone was 0.5 m outside or nearer than 0.2 m to another.
+and how near two in the air came to one another from then on, m. It is bad if an honest pilot takes its body for
+another, a lie is missed, or a drone is 0.5 m outside or nearer than 0.2 m to another.
 """
 
 from __future__ import annotations
 
-import argparse
-import sys
 from collections.abc import Callable, Mapping
 from functools import partial
 from math import cos, dist, inf, pi, sin
@@ -227,6 +223,12 @@ def fly_honest(seed: int) -> bool:
     return well
 
 
+def lie_of(number: int) -> tuple[str, int]:
+    """Return kind and seed of a lie: all kinds in turn."""
+    seed, place = divmod(number, len(KINDS))
+    return KINDS[place], seed
+
+
 def fly_lie(kind: str, seed: int) -> tuple[Watch, bool]:
     """Fly once with a lie and print a row; returns what it showed, and whether it was well."""
     chance = Random(f"{kind} {seed}")
@@ -259,29 +261,3 @@ def fly_lie(kind: str, seed: int) -> tuple[Watch, bool]:
         flush=True,
     )
     return watch, well
-
-
-def main() -> int:
-    """Fly all; returns 1 when one failed."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--honest", type=int, default=100)
-    parser.add_argument("--lies", type=int, default=12, help="of each kind")
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--kinds", nargs="*", default=KINDS)
-    options = parser.parse_args()
-    flights = range(options.first, options.first + options.honest)
-    honest = [fly_honest(seed) for seed in flights]
-    lies = {
-        kind: [fly_lie(kind, seed) for seed in range(options.first, options.first + options.lies)]
-        for kind in options.kinds
-    }
-    print(f"honest: {sum(honest)} of {len(honest)} without a false alarm")
-    for kind, found in lies.items():
-        outside, nearest = max(w.outside for w, _ in found), min(w.nearest for w, _ in found)
-        well = sum(well for _, well in found)
-        print(f"{kind:7}: {well} of {len(found)}; outside {outside:.2f} m, nearest {nearest:.2f} m")
-    return not all([*honest, *(well for found in lies.values() for _, well in found)])
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,69 +1,117 @@
-"""Drawn virtual flights of every family in turn, until one is bad: one command for all of them.
+"""Drawn virtual flights, family by family: one command for all campaigns of correctness.
 
-    .compiled/bin/python lab/bench/drawn_flights.py [--rounds 1000] [--first 0] [--seconds S]
+    .compiled/bin/python lab/bench/drawn_flights.py [--only FAMILY ...] [--flights 1000] [--first 0] [--jobs 2]
+    .compiled/bin/python lab/bench/drawn_flights.py --only "rare faults" --seed N        (one again, told step by step)
 
-A round is a flight with drawn faults, and one with rare ones (fault_flights.py), a sequence of orders
-(order_sequences.py), a law that knows no safety, alone and among people (hostile.py), and a flight with poses that are
-the drone's own (bodies.py). The first bad one, or one whose code raises, ends it with status 1 and its family, seed and
-reason; S seconds of processor time end it, too.
+`faults` are short flights of the paper's swarm with one to three faults, `rare faults` those with what few flights meet
+(fault_judge.py); `stacked` are three drones above each other without poses (stacked.py). `pairs` and `sequences` are
+orders of several stations (order_pairs.py, order_sequences.py), `laws` those that know no safety, alone and among
+people (hostile.py), `own poses` and `lies` those of the tracker (bodies.py). A bad flight, or one whose code raises, is
+printed with its seed. Without --only the families take turns; --seconds ends one process after so much processor time.
+The status is 1 if any flight was bad; at the end stands what the flights showed.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, field
 from math import inf
+from multiprocessing import Pool
 from time import process_time
 
 import bodies
 import fault_judge
 import hostile
+import order_pairs
 import order_sequences
+import stacked
+from flockwire_lab import coverage
+
+
+@dataclass(frozen=True)
+class Flown:
+    """One flight: what is bad of it (empty: nothing), and what else is counted of it."""
+
+    family: str
+    seed: int
+    bad: str
+    closest: float = inf  # m, between two drones in the air
+    events: dict[str, int] = field(default_factory=dict)
 
 
 def _breached(result: hostile.Result) -> str:
     return ", ".join(f"{what} {margin:+.3f} m" for what, margin in result.breached.items())
 
 
-FAMILIES: dict[str, Callable[[int], str]] = {  # what is bad of the flight of a seed, empty when nothing is
-    "faults": lambda seed: "; ".join(fault_judge.fly(seed).bad),
-    "rare faults": lambda seed: "; ".join(fault_judge.fly_rare(seed).bad),
-    "orders": lambda seed: order_sequences.fly(seed).wrong,
+FAMILIES: dict[str, Callable[[int], str | fault_judge.Result]] = {  # what is bad of a seed's flight, or its result
+    "faults": fault_judge.fly,
+    "rare faults": fault_judge.fly_rare,
+    "stacked": lambda seed: fault_judge.Judge(stacked.drawn(seed)).fly(),
+    "pairs": lambda seed: order_pairs.fly(order_pairs.case_of(seed)).wrong,
+    "sequences": lambda seed: order_sequences.fly(seed).wrong,
     "laws": lambda seed: _breached(hostile.fly(hostile.point_of(seed))),
     "laws among people": lambda seed: _breached(hostile.fly(hostile.point_of(seed), people=True)),
     "own poses": lambda seed: "" if bodies.fly_honest(seed) else "taken for another body",
+    "lies": lambda seed: "" if bodies.fly_lie(*bodies.lie_of(seed))[1] else "missed, or harmed somebody",
 }
+TOLD = {"faults": fault_judge.fly, "rare faults": fault_judge.fly_rare}  # families that tell what happens
 
 
-def flights(seeds: range) -> Iterator[tuple[str, int, str]]:
-    """Fly all families by `seeds`; yield the family and seed of each flight, and what is bad."""
-    for seed in seeds:
-        for family, fly in FAMILIES.items():
-            try:
-                bad = fly(seed)
-            except Exception as error:  # whatever a flight's code raises is bad
-                bad = f"{type(error).__name__}: {error}"
-            yield family, seed, bad
+def fly(flight: tuple[str, int]) -> Flown:
+    """Fly one; whatever its code raises is bad."""
+    family, seed = flight
+    try:
+        found = FAMILIES[family](seed)
+    except Exception as error:
+        return Flown(family, seed, f"{type(error).__name__}: {error}")
+    if isinstance(found, str):
+        return Flown(family, seed, found)
+    return Flown(family, seed, "; ".join(found.bad), found.closest, found.events)
+
+
+def flown(flights: list[tuple[str, int]], jobs: int, seconds: float) -> Iterator[Flown]:
+    """Yield the flights, in order, for `seconds` of this process's time if it flies them itself."""
+    if jobs > 1:
+        with Pool(jobs) as pool:
+            yield from pool.imap(fly, flights, chunksize=2)
+        return
+    for flight in flights:
+        yield fly(flight)
+        if process_time() >= seconds:
+            return
 
 
 def main() -> int:
-    """Fly until one is bad; returns 1 then."""
+    """Fly all, or one; returns 1 when something was bad."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rounds", type=int, default=1000)
-    parser.add_argument("--first", type=int, default=0, help="the first round")
+    parser.add_argument("--only", nargs="+", choices=FAMILIES, default=list(FAMILIES), metavar="FAMILY")
+    parser.add_argument("--flights", type=int, default=1000, help="of each family")
+    parser.add_argument("--first", type=int, default=0, help="the first seed")
+    parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--seconds", type=float, default=inf, help="of processor time after which it ends")
+    parser.add_argument("--seed", type=int, help="fly this one alone")
     options = parser.parse_args()
-    flown = 0
-    for family, seed, bad in flights(range(options.first, options.first + options.rounds)):
-        flown += 1
-        if bad:
-            print(f"bad: {family}, seed {seed}: {bad}")
-            return 1
-        if process_time() >= options.seconds:
-            break
-    print(f"none of {flown} flights was bad")
-    return 0
+    if options.seed is not None:
+        told = TOLD.get(options.only[0])
+        print(json.dumps(asdict(told(options.seed, print)), indent=1) if told else fly((options.only[0], options.seed)))
+        return 0
+    seeds = range(options.first, options.first + options.flights)
+    found, bad = list[Flown](), Counter[str]()
+    for one in flown([(family, seed) for seed in seeds for family in options.only], options.jobs, options.seconds):
+        found.append(one)
+        if one.bad:
+            bad[one.family] += 1
+            print(f"bad: {one.family}, seed {one.seed}: {one.bad}", flush=True)
+    if shown := [one.events for one in found if one.events]:
+        print(*coverage.table(shown), sep="\n")
+    for family, count in Counter(one.family for one in found).items():
+        closest = min(one.closest for one in found if one.family == family)
+        print(f"{family}: {bad[family]} bad of {count}{f', nearest {closest:.3f} m' if closest < inf else ''}")
+    return int(any(bad.values()))
 
 
 if __name__ == "__main__":

@@ -12,15 +12,13 @@ from typing import Any
 from flockwire_core.loading import parse_swarm
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.plan import Plan
-from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.faults.kinds import Fault
 from flockwire_lab.rare import Rare
-from flockwire_lab.search.drawing import FAULT_KINDS, random_fault, second_station
-from flockwire_lab.search.drawing import WORLD_KINDS as OF_WORLD
-from flockwire_lab.search.events import SECOND_STATION
+from flockwire_lab.search.drawing import FAULT_KINDS, WORLD_KINDS, random_fault, second_station
+from flockwire_lab.search.events import EVENTS, SECOND_STATION, Event, parse_events
 from flockwire_lab.study.draws import random_starts
 from flockwire_lab.study.file import Starts
-from rare_draws import WORLD_KINDS, answered, rare_faults
+from rare_draws import FALSE, answered, rare_faults
 from rare_swarms import alter
 
 SWARMS = Path(__file__).parents[2] / "examples"
@@ -51,11 +49,13 @@ class Drawn:
     without: tuple[int, ...] = ()
     after: str = ""  # what its station orders once it is over
 
-    def of_world(self) -> tuple[Fault, ...]:
-        """Return the faults that the simulated world injects."""
+    def parsed(self) -> tuple[tuple[Fault, ...], tuple[Event, ...], list[dict[str, Any]]]:
+        """Return what the simulated world injects, what happens to stations, and the rest, which is rare."""
         named = [fault | {"kind": "tracker"} if fault["kind"] == LOST_BODY else fault for fault in self.faults]
-        listed = [fault for fault in named if fault["kind"] in (*OF_WORLD, *WORLD_KINDS)]
-        return parse_faults({"faults": listed}, Plan(self.swarm), f"seed {self.seed}")
+        usual = (*WORLD_KINDS, *EVENTS, *FALSE)
+        known = [fault for fault in named if fault["kind"] in usual]
+        faults, events = parse_events(known, Plan(self.swarm), f"seed {self.seed}")
+        return faults, events, [fault for fault in named if fault["kind"] not in usual]
 
 
 def drawn(seed: int, edges: list[list[int]] | None = None, rare: bool = False) -> Drawn:

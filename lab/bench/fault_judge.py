@@ -10,9 +10,7 @@ from typing import Any
 from fault_draws import DURATION, Drawn, drawn
 from fault_injector import Injector
 from flockwire_core.domain.order import Mission
-from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import nanoseconds
-from flockwire_core.domain.vector import Vector
 from flockwire_core.pilot.place import CROWDED
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.processes import CONSOLE
@@ -77,11 +75,10 @@ class Judge:
         self._visited = "visitor" in kinds
         stations = (CONSOLE.kind,) if {SECOND_STATION, ORDERS} & kinds else ()
         self.world = World(
-            flight.swarm, flight.seed, DURATION, flight.of_world(), self.take, flight.without, stations, flight.rare
+            flight.swarm, flight.seed, DURATION, flight.parsed()[0], self.take, flight.without, stations, flight.rare
         )
-        self._frame: dict[str, Vector] = {}
-        self._recorder = Recorder(self.world.plan, lambda: None, say, lambda: self._injector.landing)
-        self._injector = Injector(flight, self.world, self._frame, self._recorder.tell)
+        self._recorder = Recorder(self.world.plan, self._begin, say)
+        self._injector = Injector(flight, self.world, self._recorder)
         failures = [fault for fault in flight.faults if fault["kind"] == "failure"]
         self._fails = {uav(fault["drone"]): fault["at"] for fault in reversed(failures)}
 
@@ -89,7 +86,7 @@ class Judge:
         """Fly, judge the end too."""
         flight, recorder, injector, scheduler = self.flight, self._recorder, self._injector, self.world.scheduler
         scheduler.at(EPOCH + nanoseconds(self._bounds.longest) + OVERTIME, lambda _: scheduler.stop())
-        injector.begin()
+        injector.start()
         outcome = self.world.run()
         injector.end()
         if recorder.was_stopped:  # the flight is over when all motors are off: let the drones fall
@@ -116,6 +113,9 @@ class Judge:
             {name: round(margin.value, 4) for name, margin in judged.margins.items()},
         )  # fmt: skip
 
+    def _begin(self) -> None:
+        self._injector.begin()
+
     def _unowed(self) -> Iterator[tuple[str, str]]:
         """Yield the properties that faults excuse, each with the drone that it excuses."""
         for fault in self.flight.faults:
@@ -126,13 +126,8 @@ class Judge:
     def take(self, published: Published) -> None:
         """Receive what is published."""
         self._recorder.take(published)
-        if published.key.kind not in ("truth", "mission"):
-            return
-        match published.message:
-            case Pose(position=position):
-                self._frame[published.key.owner] = position
-            case Mission(verb=verb):
-                self._injector.ordered(verb)
+        if published.key.kind == "mission" and isinstance(order := published.message, Mission):
+            self._injector.ordered(order.verb)
 
 
 def fly(seed: int, say: Callable[[str], None] | None = None, bounds: Bounds = BOUNDS) -> Result:

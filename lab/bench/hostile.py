@@ -1,28 +1,18 @@
-"""Drawn flights of laws that know no safety: what the safety filter keeps, by draws and by a climb towards the worst.
-
-    .compiled/bin/python lab/bench/hostile.py [--flights 2000] [--climb 1000] [--people] [--jobs 1] [--first 0]
+"""Drawn flights of laws that know no safety: what the safety filter keeps.
 
 A flight is a point of the unit cube: law (law_hostile.py), drones, starts, obstacles, fence, limits of speed and of
-acceleration (0.3 to 10 m/s^2), an airframe with or without lag. With --people one or two persons walk through it at 0.3
-to 1.5 m/s. Margins are m above what is promised: between drones, to obstacles, to persons, within the fence (0.02 m
-beyond it are allowed). Among people only a person's counts, in flights whose drones could
-always give way: `cornered` are those whose status says that no velocity within their limits did. The climb varies the
-worst flight of each margin.
-Ends with status 1 with a breach.
+acceleration (0.3 to 10 m/s^2), an airframe with or without lag. Persons, one or two, walk through it at 0.3 to
+1.5 m/s. Margins are m above what is promised: between drones, to obstacles, to persons, within the fence (0.02 m
+beyond it are allowed). Among people only a person's counts, in flights whose drones could always give way: `cornered`
+are those whose status says that no velocity within their limits did.
 """
 
 from __future__ import annotations
 
-import argparse
-import sys
-from collections import Counter
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
-from functools import partial
 from itertools import combinations
 from math import cos, dist, hypot, inf, pi, sin
-from pathlib import Path
 from random import Random
 from typing import Any
 
@@ -44,7 +34,6 @@ DURATION = 8.0  # s, from the order to take off to that to land, where a flight 
 OUTSIDE = 0.02  # m beyond the fence that are allowed
 TAKEN_OFF = 2.5  # s after the order to take off at the earliest: persons set out
 LAWS = ("ToOnePoint", "ToOnePoint", "StraightOn", "StraightOn", "BangBang", "Chance", "Chase", "Graze", "Slip")
-STEP = 0.1  # of the climb, in each coordinate that it varies
 Table = dict[str, Any]
 
 
@@ -57,15 +46,10 @@ class Result:
     cornered: bool = False
 
     @property
-    def given_up(self) -> dict[str, float]:
-        """The margins below zero."""
-        return {what: margin for what, margin in self.margins.items() if margin < 0.0}
-
-    @property
     def breached(self) -> dict[str, float]:
-        """Those that count: people come first, then what they leave."""
+        """The margins below zero that count: people come first, then what they leave."""
         counts = ("drone", "obstacle", "fence") if not self.among_people else () if self.cornered else ("person",)
-        return {what: margin for what, margin in self.given_up.items() if what in counts}
+        return {what: margin for what, margin in self.margins.items() if margin < 0.0 and what in counts}
 
 
 def drawn(point: Sequence[float], people: bool) -> tuple[Table, list[Table]]:
@@ -200,59 +184,3 @@ def point_of(number: int) -> tuple[float, ...]:
     """Return the point of a draw."""
     chance = Random(f"hostile {number}")
     return tuple(chance.random() for _ in range(GENES))
-
-
-def varied(point: Sequence[float], chance: Random) -> tuple[float, ...]:
-    """Return a point near another one: a few coordinates changed."""
-    share = chance.choice((0.05, 0.2))
-    moved = [x + chance.gauss(0.0, STEP) if chance.random() < share else x for x in point]
-    return tuple(x % 1.0 for x in moved)
-
-
-def main() -> int:
-    """Fly all; returns the status."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--flights", type=int, default=100, help="drawn")
-    parser.add_argument("--climb", type=int, default=0, help="flights of the climb, after those")
-    parser.add_argument("--people", action="store_true")
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--jobs", type=int, default=1)
-    options = parser.parse_args()
-    sys.path.insert(0, str(Path(__file__).parent))
-    points = [point_of(options.first + k) for k in range(options.flights)]
-    least: dict[str, tuple[float, Sequence[float]]] = {}
-    given_up: Counter[str] = Counter()
-    breaches = cornered = 0
-
-    def judge(name: str, point: Sequence[float], result: Result) -> bool:
-        """Count a flight; returns whether it is worse in anything."""
-        nonlocal breaches, cornered
-        cornered += result.cornered
-        given_up.update(result.given_up.keys())
-        if result.breached or not result.margins:
-            breaches += 1
-            print(f"{name}: {result.breached}", flush=True)
-        worse = False
-        for what, margin in result.margins.items():
-            if what == "person" and result.cornered:
-                continue
-            if margin < least.get(what, (inf, ()))[0]:
-                least[what], worse = (margin, point), True
-        return worse
-
-    with ProcessPoolExecutor(options.jobs) as pool:
-        for k, result in enumerate(pool.map(partial(fly, people=options.people), points)):
-            judge(f"draw {options.first + k}", points[k], result)
-        chance = Random(f"climb {options.first}")
-        for k in range(options.climb):
-            point = varied(least[chance.choice(sorted(least))][1], chance)
-            judge(f"climb {k} {point}", point, fly(point, options.people))
-    margins = ", ".join(f"{what} {margin:+.3f}" for what, (margin, _) in sorted(least.items()))
-    flown = options.flights + options.climb
-    print("flights below what is promised:", dict(given_up))
-    print(f"{flown} flights, {breaches} breached, {cornered} cornered; least margins, m: {margins}")
-    return int(breaches > 0)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,8 +1,5 @@
 """Two stations give an order each, in virtual time: every pair of orders, in every situation, on slow networks.
 
-    .venv-dev/bin/python lab/bench/order_pairs.py [--draws 8] [--jobs 2]
-    .venv-dev/bin/python lab/bench/order_pairs.py --first start --second land --situation "in the air" --seed 3
-
 A draw has the time between the two orders (up to 3 s), what each station's messages take there (up to 3 s; for half of
 the draws a hundredth of a second) and back (up to 1 s); the stations' clocks are 0.2 s apart. The swarm is judged when
 all has come to rest, by the rules of docs/safety.md: what goes down holds, and what takes up holds only where its giver
@@ -11,13 +8,8 @@ knew what it ends.
 
 from __future__ import annotations
 
-import argparse
-import sys
-from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from itertools import product
-from multiprocessing import Pool
 from random import Random
 
 from flockwire_core.domain.order import Mission, Version
@@ -209,40 +201,10 @@ def _dishonest(case: Case, phases: list[str], answers: tuple[Answer | None, ...]
     return ""
 
 
-def cases(draws: int) -> Iterator[Case]:
-    """Yield all pairs in all situations, `draws` times."""
-    for seed in range(draws):
-        for first, second, situation in product(VERBS, VERBS, SITUATIONS):
-            yield Case(first, second, situation, seed)
+CASES = tuple(product(VERBS, VERBS, SITUATIONS))
 
 
-def main() -> int:
-    """Fly all, or one; returns 1 when something was wrong."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--draws", type=int, default=8)
-    parser.add_argument("--jobs", type=int, default=1)
-    for name in ("first", "second", "situation"):
-        parser.add_argument(f"--{name}")
-    parser.add_argument("--seed", type=int, default=0)
-    given = parser.parse_args()
-    if given.first:
-        print(given_case := Case(given.first, given.second, given.situation, given.seed), given_case.draw)
-        print(fly(given_case))
-        return 0
-    ends: dict[tuple[str, str], Counter[str]] = {}
-    wrong = 0
-    with Pool(given.jobs) as pool:
-        for found in pool.imap_unordered(fly, cases(given.draws), chunksize=4):
-            pair = (found.case.first, found.case.second)
-            ends.setdefault(pair, Counter())["/".join(sorted(set(found.phases)))] += 1
-            if found.wrong:
-                wrong += 1
-                print(f"wrong: {found.case}: {found.wrong}; {found.answers}", flush=True)
-    for pair, counted in sorted(ends.items()):
-        print(f"{pair[0]:10} {pair[1]:10} {dict(counted)}")
-    print(f"{wrong} wrong of {sum(counted.total() for counted in ends.values())}")
-    return 1 if wrong else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+def case_of(number: int) -> Case:
+    """Return case `number`: all pairs in all situations, then all with another draw."""
+    draw, place = divmod(number, len(CASES))
+    return Case(*CASES[place], draw)

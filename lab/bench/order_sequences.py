@@ -1,8 +1,5 @@
 """Random sequences of orders from two terminals and a page, in virtual time: the last one to come down holds.
 
-    .venv-dev/bin/python lab/bench/order_sequences.py [--draws 2000] [--jobs 2] [--first 0]
-    .venv-dev/bin/python lab/bench/order_sequences.py --seed 3
-
 A draw has three to seven orders, 0.02 to 2 s apart, then one to hold or to land. Each order of a terminal is a process
 of its own, which takes up to 1.5 s until it is linked and knows nothing before; the page's orders that go down end its
 own starts. Half of the draws have a slow network; in half of them processes are frozen for up to 0.7 s. After the last
@@ -12,10 +9,7 @@ continue with one start, which must bring all into the formation.
 
 from __future__ import annotations
 
-import argparse
-import sys
 from dataclasses import dataclass
-from multiprocessing import Pool
 from random import Random
 from typing import NamedTuple
 
@@ -318,31 +312,3 @@ def _until(world: World, watch: Watch, phases: tuple[Phase, ...], desks: dict[st
         watch.wrong
         or f"not at rest: { {p: (r.phase, r.mission.verb if r.mission else '') for p, r in watch.reports.items()} }"
     )
-
-
-def main() -> int:
-    """Fly all, or one; returns 1 when something was wrong."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--draws", type=int, default=2000)
-    parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--first", type=int, default=0, help="the first seed")
-    parser.add_argument("--seed", type=int, help="fly this one alone")
-    given = parser.parse_args()
-    if given.seed is not None:
-        found = fly(given.seed)
-        print(found.sequence, found.sequence.restart, *found.replies, found.wrong or "as it should be", sep="\n")
-        return 1 if found.wrong else 0
-    wrong = 0
-    with Pool(given.jobs) as pool:
-        for k, found in enumerate(pool.imap_unordered(fly, range(given.first, given.first + given.draws)), 1):
-            if found.wrong:
-                wrong += 1
-                print(f"wrong: {found.seed}: {found.sequence}: {found.wrong}", flush=True)
-            if k % 100 == 0:
-                print(f"{wrong} wrong of {k}", flush=True)
-    print(f"{wrong} wrong of {given.draws}")
-    return 1 if wrong else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -32,12 +32,12 @@ ORPHAN = "orphan"  # a pilot that restarts in flight when nobody knows its order
 CLOCK = "station's clock"  # the second station's is ahead
 HASTY = "hasty"  # to the other formation, too fast
 APART = "false_pose"  # the tracker moves one body away, where pilots watch for it (limits.body_drift)
-WORLD_KINDS = ("swap", "visitor", APART)  # which the simulated world injects
+FALSE = ("swap", "visitor", APART)  # bodies, which the simulated world injects
 _SHARES = {
     ORDERS: 4.0, EARLY: 0.7, HAND: 3.0, STATION_KILLED: 0.3, AT_TAKE_OFF: 4.0, PREPARING: 4.0, CROSSING: 7.0, DEAF: 3.0,
     SECOND_FLIGHT: 2.0, UPLINK: 4.0, OTHER_FLIES: 5.0, ORPHAN: 0.9, CLOCK: 1.0, "swap": 2.0, "visitor": 1.0,
 }  # fmt: skip
-RARE_KINDS = (ORDERS, EARLY, HAND, UPLINK, STATION_KILLED, OTHER_FLIES, CLOCK, *WORLD_KINDS)
+RARE_KINDS = (ORDERS, EARLY, HAND, UPLINK, STATION_KILLED, OTHER_FLIES, CLOCK, *FALSE)
 CONDUCTED = ("hold", "hold", "resume", "resume", "land", "stop", "conduct")  # by the station that conducts the flight
 ASKED = ("start", "start", "start", "formation", "formation", "hold", "land", "stop")
 ORDERED = (*((verb, "console") for verb in ASKED), *((verb, "operator") for verb in CONDUCTED))

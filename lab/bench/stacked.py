@@ -1,27 +1,20 @@
 """Three drones above each other in a room of 0.5 m, as poses and commands end: who comes down onto whom.
 
-    .compiled/bin/python lab/bench/stacked.py [--flights 200] [--first 0]
-
 In each flight the simulated airframes, with one or two of the pilots, are cut off from everybody else for some s; in
-half of them the tracker also loses a drone. Limits, moments and delays are drawn. Prints the violations, and how many
-flights had two drones closer than 0.3 m.
+half of them the tracker also loses a drone. Limits, moments and delays are drawn. drawn_flights.py flies them.
 """
 
 from __future__ import annotations
 
-import argparse
-import sys
 import tomllib
 from random import Random
 from typing import Any
 
 from fault_draws import SWARMS, Drawn, drawn_staleness, in_order
-from fault_judge import Judge, Result
 from flockwire_core.loading import parse_swarm
 from flockwire_lab.rare import Rare
 from rare_swarms import SLOW, SMALL, cramp
 
-NEAR = 0.3  # m
 PILOTS = ("leader", "uav1", "uav2")
 
 
@@ -45,23 +38,3 @@ def drawn(seed: int) -> Drawn:
         faults.append(lost | {"at": round(at + chance.uniform(-1.0, 1.0), 3)})
     swarm = parse_swarm(table, "stacked")
     return Drawn(seed, "extended", swarm, in_order(faults), usual, Rare.drawn(chance))
-
-
-def main() -> int:
-    """Fly them; returns 1 when one was bad."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--flights", type=int, default=200)
-    parser.add_argument("--first", type=int, default=0)
-    options = parser.parse_args()
-    results: list[Result] = []
-    for seed in range(options.first, options.first + options.flights):
-        results.append(Judge(drawn(seed)).fly())
-        if results[-1].bad:
-            print(f"bad: {seed}: {'; '.join(results[-1].bad)}", flush=True)
-    bad, near = sum(bool(one.bad) for one in results), sum(one.closest < NEAR for one in results)
-    print(f"{len(results)} flights, {bad} bad; closer than {NEAR} m: {near}")
-    return int(bad > 0)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -36,18 +36,9 @@ OF_THE_PROTOCOL = ("status", "telemetry", "mission", "stop")  # kinds that show 
 
 
 class Recorder:
-    """Collects a flight of the swarm of `plan`; `begin` is called at the first order, `say` takes what happens.
+    """Collects a flight of the swarm of `plan`; `begin` is called at the first order, `say` takes what happens."""
 
-    `landed` returns s since a landing that forbids take-offs, 0 without one (default: as `ordered` was told).
-    """
-
-    def __init__(
-        self,
-        plan: Plan,
-        begin: Callable[[], None],
-        say: Callable[[str], None] | None = None,
-        landed: Callable[[], float] | None = None,
-    ) -> None:
+    def __init__(self, plan: Plan, begin: Callable[[], None], say: Callable[[str], None] | None = None) -> None:
         self.reactions: dict[str, float] = {}  # of pilots and drivers, by code: when each came first, s
         self._swarm, self._begin, self._say = plan.swarm, begin, say
         self._stale = plan.swarm.limits.staleness
@@ -64,7 +55,6 @@ class Recorder:
         self.starts: list[tuple[int, Mission]] = []  # orders into a formation, and when they were published
         self.landing: int | None = None  # when the operator first ordered to land
         self._stopped: int | None = None
-        self._landed = landed or self._since_landing
         self._landing: int | None = None  # when another station ordered it, after which it ordered no start
         self._refused: list[tuple[float, str]] = []
         self._take = {"truth": self._place, "status": self._status, "telemetry": self._telemetry, "pose": self._pose,
@@ -206,7 +196,7 @@ class Recorder:
         if self._phases.get(owner) != (report.phase, report.detail):
             self._phases[owner] = (report.phase, report.detail)
             self.tell(f"{status.identity}: {report.phase} {report.detail}")
-            if report.phase == Phase.TAKEOFF and (since := self._landed()) > 0.0:
+            if report.phase == Phase.TAKEOFF and (since := self._since_landing()) > 0.0:
                 self._refused.append((since, owner))
         if report.code:
             self._reached(report.code)

@@ -10,7 +10,6 @@ from flockwire_core.domain.time import SECOND
 from flockwire_core.law import Heard, Observation, Place
 from flockwire_core.loading import parse_swarm
 from flockwire_core.parameters import law_settings
-from law_consensus import LinearConsensus
 from law_orca import HORIZON, Orca, half_plane
 from law_sliding_mode import SlidingMode, sliding_step
 
@@ -37,25 +36,6 @@ def motion_of(position, velocity=(0.0, 0.0, 0.0)):
 
 def observed(now, motion, estimates, bodies=(), reference=None):
     return Observation(now / SECOND, STEP, now, bodies=bodies, heard=estimates, place=reference, now=now, motion=motion)
-
-
-@pytest.mark.sources  # its places are no formation that compiled code knows
-def test_the_linear_law_lags_by_the_leaders_speed_over_the_gain_at_each_hop(make_swarm):
-    swarm, speed = make_swarm({"control.law": "law_consensus:LinearConsensus"}), 0.3
-    laws = [LinearConsensus(law_settings(swarm, number)) for number in (1, 2, 3, 4)]
-    reference = [Place(Still(PLACES), rank, 0) for rank in range(4)]
-    positions, sent = [(0.0, 0.0, 0.0)] * 4, [None] * 4
-    for k in range(2000):
-        now, leader = round(k * STEP * SECOND), (speed * k * STEP, 0.0, 0.0)
-        for i, law in enumerate(laws):
-            before = LeaderMotion(leader) if i == 0 else sent[i - 1]
-            heard = [Heard(i, 1.0, i == 0, now, 1, before)] if before is not None else []
-            decision = law.step(observed(now, motion_of(positions[i]), heard, reference=reference[i]))
-            positions[i] = tuple(x + STEP * u for x, u in zip(positions[i], decision.command, strict=True))
-            sent[i] = decision.message
-    leader = (speed * 2000 * STEP, 0.0, 0.0)
-    errors = [hypot(*(x - h - x0 for x, h, x0 in zip(positions[i], PLACES[i], leader, strict=True))) for i in range(4)]
-    assert errors == pytest.approx([(i + 1) * speed / 3.0 for i in range(4)], rel=0.12)  # and some steps of delay
 
 
 @pytest.mark.parametrize("speed", [0.0, 0.5])
