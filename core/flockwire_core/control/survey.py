@@ -13,8 +13,9 @@ from flockwire_core.domain.vector import Vector, norm
 class Survey:
     """Extremes of a formation over a sampled time span.
 
-    `max_speed` is the largest |h_i'| in m/s, `max_acceleration` the largest |h_i''| in m/s^2, `min_distance` the smallest |h_i − h_j| and `min_distance_leader` the
-    smallest |h_i| in m (the former inf for a single follower), `low` and `high` the corners of the box of all h_i in m.
+    `max_speed` is the largest |h_i'| in m/s, `max_acceleration` the largest |h_i''| in m/s^2, `min_distance` the
+    smallest |h_i − h_j| and `min_distance_leader` the smallest |h_i| in m (the former inf for a single follower), `low`
+    and `high` the corners of the box of all h_i in m.
     """
 
     max_speed: float

@@ -245,8 +245,9 @@ def _sight_warnings(swarm: Swarm) -> Iterator[str]:
         if guard.fastest < min(needed, guard.speed):
             radius = guard.separation.drone + 2.0 * needed * guard.delay + needed * needed / guard.acceleration
             yield (
-                f"avoidance.sensing_radius = {guard.sight:g} m lets airframe {name} fly {guard.fastest:.2f} m/s and stop "
-                f"in time, formation and leader need {needed:.2f} m/s; {ceil(10.0 * radius) / 10.0:g} m or more would do"
+                f"avoidance.sensing_radius = {guard.sight:g} m lets airframe {name} fly {guard.fastest:.2f} m/s and "
+                f"stop in time, formation and leader need {needed:.2f} m/s; {ceil(10.0 * radius) / 10.0:g} m or more "
+                "would do"
             )
 
 
