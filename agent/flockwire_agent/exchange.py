@@ -1,0 +1,136 @@
+"""What a follower's law sees and hears of others, and what it sends them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container
+from math import inf
+from typing import Any
+
+from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
+from flockwire_core.law import Decision, Heard, Information
+from flockwire_core.pilot.law_messages import Hearing, LawSender
+from flockwire_core.pilot.leadership import Leadership
+from flockwire_core.pilot.neighbourhood import Neighbourhood
+from flockwire_core.pilot.sight import Sight
+from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.wire.codec import Message
+from flockwire_core.wire.information import relays, sees, speakers
+from flockwire_core.wire.keys import Key
+from flockwire_core.wire.law_form import LawForm
+from flockwire_core.wire.status import Report, counted
+
+
+class Exchange:
+    """The ways by which follower `number` knows of others, as its law of the information `declared` may.
+
+    `silence` is the time, s, for which nobody was noticed, `missing` are the in-neighbours that are not.
+    """
+
+    def __init__(self, swarm: Swarm, number: int, declared: Information, form: LawForm | None, born: int) -> None:
+        neighbours, depths = swarm.topology.neighbours(number), swarm.topology.depths()
+        filtered, leaders = swarm.control.filtered, frozenset(swarm.leaders)
+        self.silence, self.missing, self.leader_down = 0.0, tuple[int, ...](), False
+        self.heard: list[Heard] = []
+        self.news: list[Heard] = []
+        self._born, self._frame, self._estimate_key, self._law_key = (
+            born, swarm.frame, Key("estimate", uav(number)), Key("law", uav(number)),
+        )  # fmt: skip
+        self._relays = relays(swarm)
+        self.sight = None
+        if sees(swarm):
+            self.sight = Sight(neighbours if declared.neighbours else {}, leaders, declared.silence)
+        self._hearing = self._sender = None
+        if form is not None:
+            heard = {j: weight for j, weight in neighbours.items() if j in speakers(swarm)}
+            self._hearing = Hearing(heard, leaders, form, declared.pace, declared.silence)
+            self._sender = LawSender(form, declared.pace, swarm.frame, born)
+        self.neighbourhood = Neighbourhood(
+            neighbours,
+            swarm.limits.staleness,
+            swarm.reference.kind,
+            swarm.limits.disagreement if filtered else inf,
+            frozenset(j for j in neighbours if filtered and depths.get(j, 0) < depths.get(number, 0)),
+            swarm.limits.speed,
+            swarm.sole_leader,
+        )
+        self._leadership = Leadership(swarm)
+        self._awaits_signs = bool(self._leadership.handlers)
+        self.handlers: dict[Key, Callable[[Any], None]] = {
+            **{Key("pose", uav(j)): self.neighbourhood.take_pose(j) for j in neighbours},
+            **{Key("estimate", uav(j)): self.neighbourhood.take_estimate(j) for j in neighbours},
+            **({Key("law", uav(j)): self._hearing.take(j) for j in self._hearing.speakers} if self._hearing else {}),
+            **({Key("seen", uav(number)): self.sight.take} if self.sight else {}),
+            **self._leadership.handlers,
+        }
+
+    def leave_out(self, drones: Container[int]) -> None:
+        """Ignore `drones` until called again."""
+        for part in (self.neighbourhood, self.sight, self._hearing):
+            if part is not None:
+                part.leave_out(drones)
+
+    def update(self, now: int) -> None:
+        """Update what is known at `now` (Unix ns)."""
+        neighbourhood, born = self.neighbourhood, self._born
+        self.silence, self.missing = 0.0, ()
+        if self._relays:
+            self.heard = neighbourhood.update(now)
+            self.silence, self.missing = neighbourhood.silence(now, born), neighbourhood.missing
+        for part in (self.sight, self._hearing):
+            if part is not None:
+                part.update(now)
+                self.silence = max(self.silence, part.silence(now, born))
+                self.missing = tuple(dict.fromkeys((*self.missing, *part.missing))) if part.missing else self.missing
+        if self._hearing is not None:
+            self.heard, self.news = self._hearing.heard, self._hearing.news
+        down = neighbourhood.leading is Leading.IS_DOWN
+        self.leader_down = down or (self._awaits_signs and self._leadership.is_down(now))
+
+    def estimate(self, decision: Decision) -> LeaderMotion | None:
+        """Return the estimate of the leader that a law's decision has, of a law that relays it."""
+        return decision.message if self._relays else None
+
+    def messages(self, decision: Decision, message: bytes | None, failed: bool, now: int) -> list[tuple[Key, Message]]:
+        """Return what to publish at `now` (Unix ns): the law's packed `message`, or its estimate; none that failed."""
+        found = list[tuple[Key, Message]]()
+        if self._sender is not None and not failed:  # a failed law gives no sign of life
+            sent = self._sender.send(message, now, decision.stamp)
+            if sent is not None:
+                found.append((self._law_key, sent))
+        estimate = self.estimate(decision)
+        if estimate is not None:
+            origin, hops, leading = self.neighbourhood.origin, self.neighbourhood.hops, self.neighbourhood.leading
+            own = Estimate(decision.stamp or now, self._frame, estimate, origin, hops, leading)
+            found.append((self._estimate_key, own))
+        return found
+
+    def contradiction(self, now: int) -> str:
+        """Return in what the neighbours' estimates contradict each other at `now` (Unix ns), empty if they agree."""
+        agreement = self.neighbourhood.agreement
+        return agreement.reason(now) if agreement.contradicted else ""
+
+    def oldest(self, now: int) -> float:
+        """Return the largest time, s, since an in-neighbour was noticed; NEVER if one never was."""
+        oldest = self.neighbourhood.oldest(now) if self._relays else 0.0
+        for part in (self.sight, self._hearing):
+            oldest = max(oldest, part.oldest(now)) if part is not None else oldest
+        return oldest
+
+    def counted(self, report: Report) -> Report:
+        """Return `report` with how many messages of the law were lost or rejected."""
+        if self._hearing is None:
+            return report
+        speakers = self._hearing.speakers.values()
+        counts = counted(
+            ("law messages lost", sum([one.lost for one in speakers])),
+            ("law messages rejected", sum([one.rejected for one in speakers])),
+        )
+        return report._replace(counts=(*report.counts, *counts))
+
+    def agreed(self, report: Report, now: int) -> Report:
+        """Return `report` with whose estimates were left out."""
+        agreement = self.neighbourhood.agreement
+        if not agreement.count:
+            return report
+        counts = (*report.counts, ("estimates left out", agreement.count))
+        return report._replace(reasons=(*report.reasons, *agreement.reasons(now)), counts=counts)
