@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from functools import cached_property
 from math import ceil
+from pathlib import Path
 from typing import Annotated
 
 from pydantic import Field, field_validator
@@ -234,6 +235,10 @@ class Swarm(Model):
         drones = tuple(drone.model_copy(update=kinds) for drone in self.drones)
         fields = {name: getattr(self, name) for name in type(self).model_fields}
         return Swarm.model_construct(**fields | {"gateway": self.gateway.simulated(), "drones": drones})
+
+    def beside(self, file: Path) -> Swarm:
+        """Return the swarm that searches an own law in the folder of `file`."""
+        return self.model_copy(update={"folder": str(file.absolute().parent)}) if ":" in self.control.law else self
 
     def unaligned(self) -> Swarm:
         """Return the swarm with the tracker's frame as the field's, for `flockwire align`."""

@@ -49,9 +49,10 @@ def as_flown(file: Path) -> Flown | None:
     """Return the swarm that flies by `file` on this machine; None without one."""
     try:
         with opened(_place(file)) as record:
-            return Flown.model_validate_json(record.read()) if is_held(record) else None
+            found = Flown.model_validate_json(record.read()) if is_held(record) else None
     except (OSError, ValidationError):
         return None
+    return found and found.model_copy(update={"swarm": found.swarm.beside(file)})
 
 
 @contextmanager

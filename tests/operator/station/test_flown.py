@@ -152,3 +152,11 @@ def test_on_a_file_system_without_locks_it_flies_without_a_record(file, what, mo
     monkeypatch.setattr(fcntl, "flock", no_locks)
     with flown(file, what), flown(file, what):
         assert as_flown(file) is None
+
+
+def test_what_flies_searches_its_law_beside_its_file(file, tmp_path):
+    change(file, 'law = "paper"', 'law = "my_law.py:MyLaw"')
+    what = flown_by(read_swarm(file), file, tmp_path / "keys")
+    with flown(file, what):
+        assert as_flown(file) == what
+        assert as_flown(file).swarm.folder == str(tmp_path)
