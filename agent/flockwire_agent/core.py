@@ -9,15 +9,14 @@ from typing import Any
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.signals import Signals
 from flockwire_core.domain.time import SECOND
+from flockwire_core.follower_law import follower_law
 from flockwire_core.law import STATE, Decision, Observation, Sense
-from flockwire_core.objects import load_object
-from flockwire_core.parameters import law_settings, pilot_parameters
+from flockwire_core.parameters import pilot_parameters
 from flockwire_core.pilot.law_command import LawCommand
 from flockwire_core.pilot.orders import is_known
 from flockwire_core.pilot.pilot import Pilot, shown
-from flockwire_core.process.cores import Aside, Core, Done, Start
+from flockwire_core.process.cores import Aside, Core, Done, MakeLaw, Start
 from flockwire_core.process.stopwatch import Stopwatch
-from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.information import information_of
@@ -35,8 +34,9 @@ class AgentCore:
     """Follower `number` of `swarm`; started at `now` (Unix ns). The `stopwatch` measures its law, `aside` plans."""
 
     def __init__(
-        self, swarm: Swarm, number: int, now: int, stopwatch: Stopwatch | None = None, aside: Aside = Done
-    ) -> None:
+        self, swarm: Swarm, number: int, now: int, stopwatch: Stopwatch | None = None, aside: Aside = Done,
+        law: MakeLaw | None = None,
+    ) -> None:  # fmt: skip
         parameters, name = pilot_parameters(swarm, number), uav(number)
         self._pilot = pilot = Pilot(parameters, now)
         self.triggers = frozenset({pilot.pose_key})
@@ -44,7 +44,7 @@ class AgentCore:
         self.period = parameters.period
         self._frame, self._signals_key = swarm.frame, Key("signals", name)
         self._declared = declared = information_of(swarm)
-        form, make = law_form(declared), partial(load_object(law_object(swarm)), law_settings(swarm, number))
+        form, make = law_form(declared), partial(law or follower_law, swarm, number)
         self._law = GuardedLaw(make, name, stopwatch, declared, form, aside)
         self._exchange = Exchange(swarm, number, declared, form, pilot.born)
         self._site = _site(swarm, number, pilot.born)
@@ -77,7 +77,7 @@ class AgentCore:
         site.update(phase, pilot.flight.mission)
         decision = self._obey(self._observation(now))
         wanted = site.command(law.command, phase, pilot)
-        messages = pilot.command(self._command.velocity(wanted, pilot, site.place is not None), now)
+        messages = pilot.command(self._command.velocity(wanted, pilot, site.place is not None, law.is_late), now)
         messages += site.messages(phase, pilot, exchange.estimate(decision), now)
         if decision.signals is not None:
             values = tuple([(signal, float(value)) for signal, value in decision.signals.items()])
@@ -100,7 +100,12 @@ class AgentCore:
         error = formation_error(*judged, place) if judged is not None else NONE
         report = exchange.counted(pilot.report(now, error, shown(exchange.oldest(now)), place))
         if pilot.counts_filtered:
-            counts = counted((LAW_STEPS, pilot.commanded), (FILTERED, pilot.filtered), ("plans late", self._law.late))
+            counts = counted(
+                (LAW_STEPS, pilot.commanded),
+                (FILTERED, pilot.filtered),
+                ("plans late", self._law.late),
+                ("law steps late", self._law.steps_late),
+            )
             report = report._replace(counts=(*report.counts, *counts))
         report = self._site.reported(exchange.agreed(report, now))
         if failure is None:
@@ -161,4 +166,4 @@ def make_core(start: Start) -> Core:
     """Return the core of one follower's agent."""
     swarm = start.plan.swarm
     stopwatch = start.stopwatch if swarm.control.own_law else None
-    return AgentCore(swarm, start.drone, start.now, stopwatch, start.aside)
+    return AgentCore(swarm, start.drone, start.now, stopwatch, start.aside, start.law)

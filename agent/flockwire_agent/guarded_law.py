@@ -42,6 +42,8 @@ class GuardedLaw:
         self.command = ZERO  # of the last decision
         self.message: bytes | None = None  # of the last decision, of the form
         self.late = 0  # plans, in all
+        self.is_late = False  # whether the last step had no decision in time
+        self.steps_late = 0  # such steps, in all
         self.failure: Reason | None = None  # the law's error, None without one
 
     def plan(self, now: int) -> Any:  # noqa: ANN401
@@ -72,9 +74,14 @@ class GuardedLaw:
             self.message = packed(decision.message, self._declared, self._form)
             if self._planning is not None:
                 self._planning.begin(observation)
+        except TimeoutError:  # of a law that asks another process
+            self.is_late, self.command = True, ZERO
+            self.steps_late += 1
+            return None
         except Exception as error:
             self._failed(error)
             return None
+        self.is_late = False
         return decision
 
     def restart(self) -> None:

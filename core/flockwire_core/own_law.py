@@ -13,6 +13,7 @@ from flockwire_core.domain.body import Body, BodyKind
 from flockwire_core.domain.motion import LeaderMotion, Motion
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add
+from flockwire_core.follower_law import follower_law
 from flockwire_core.law import (
     STATE,
     Heard,
@@ -25,12 +26,13 @@ from flockwire_core.law import (
     check_decision,
 )
 from flockwire_core.objects import load_object
-from flockwire_core.parameters import law_parameters, law_settings
+from flockwire_core.parameters import law_parameters
 from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.swarm.tables import Model
 from flockwire_core.swarm.validation import Problem, problems_of
 from flockwire_core.swarm.wording import shown
+from flockwire_core.wire.information import declared as declared_by
 from flockwire_core.wire.information import information_of, relays
 from flockwire_core.wire.law_form import FormError, law_form, packed
 from flockwire_core.wire.sighting import sensed
@@ -81,9 +83,10 @@ def law_problems(swarm: Swarm) -> Iterator[Problem]:
         remedy = f"; {name} must be beside the swarm file, or the module installed" if missing else ""
         yield Problem("control.law", f"{error}{remedy}")
         return
-    declared = getattr(law, "information", Information())
-    if not isinstance(declared, Information):
-        yield Problem("control.law", f"its information must be an Information, not {declared!r}")
+    try:
+        declared = declared_by(swarm)
+    except TypeError as error:
+        yield Problem("control.law", str(error))
         return
     yield from (Problem("control.law", rule) for rule in _contradictions(declared, swarm))
     mute = [i for i in swarm.leaders if hasattr(law, "lead") and declared.message is not None and i not in swarm.flying]
@@ -143,7 +146,7 @@ def law_failures(swarm: Swarm) -> Iterator[Problem]:
     for number in swarm.followers if swarm.control.own_law else ():
         when = "is made"
         try:
-            law = make_law(law_object(swarm), law_settings(swarm, number))
+            law = follower_law(swarm, number)
             said, plan = list[object](), None
             for situation in dry_flight(swarm, number, said):
                 when, observation = situation
@@ -157,7 +160,9 @@ def law_failures(swarm: Swarm) -> Iterator[Problem]:
                 if declared.deadline > 0.0 and observation.place is not None and hasattr(law, "plan"):
                     plan = law.plan(observation)
         except Exception as error:  # a user's class may raise anything
-            yield Problem("control.law", f"fails when that of {uav(number)} {when}: {_raised(error)}")
+            absent = swarm.control.elsewhere and isinstance(error, ConnectionError)
+            text = str(error) if absent else f"fails when that of {uav(number)} {when}: {_raised(error)}"
+            yield Problem("control.law", text)
             return
 
 
@@ -231,7 +236,7 @@ def law_check(swarm: Swarm) -> tuple[list[str], list[str], dict[str, float]]:
 def step_time(swarm: Swarm, read: Callable[[], int]) -> float:
     """Return the s that a step in formation takes at least, by the clock `read` (ns); raises what the law raises."""
     number = swarm.followers[0]
-    law, spent = make_law(law_object(swarm), law_settings(swarm, number)), []
+    law, spent = follower_law(swarm, number), []
     said = list[object]()
     for when, observation in dry_flight(swarm, number, said):
         began = read()

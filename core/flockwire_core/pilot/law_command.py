@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from flockwire_core.control.airframe.acceleration import AccelerationInput
-from flockwire_core.domain.vector import Vector
+from flockwire_core.domain.vector import ZERO, Vector
 from flockwire_core.law import Information, Output, Sense
 from flockwire_core.parameters import PilotParameters
 from flockwire_core.pilot.pilot import Pilot
@@ -20,11 +20,11 @@ class LawCommand:
         self._rise = parameters.limits.vertical_speed
         self._height: float | None = None  # m, that is held
 
-    def velocity(self, wanted: Vector, pilot: Pilot, in_formation: bool) -> Vector:
-        """Return the law's command, m/s or m/s^2, as a velocity, m/s."""
+    def velocity(self, wanted: Vector, pilot: Pilot, in_formation: bool, is_late: bool) -> Vector:
+        """Return the law's command, m/s or m/s^2, as a velocity, m/s; rest if the law `is_late`."""
         if self._accelerations is not None:
             self._accelerations.follow(pilot.sent, pilot.dt)
-            wanted = self._accelerations.velocity(wanted)
+            wanted = ZERO if is_late else self._accelerations.velocity(wanted)
         motion = pilot.motion
         if not self._levels or motion is None:
             return wanted

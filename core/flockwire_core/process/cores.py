@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import NamedTuple, Protocol, cast, runtime_checkable
 
+from flockwire_core.law import Law
 from flockwire_core.objects import load_object
 from flockwire_core.process.stopwatch import Stopwatch
+from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.plan import Plan
@@ -68,6 +70,9 @@ class Done:
         return self._result
 
 
+MakeLaw = Callable[[Swarm, int], Law]  # takes the number of a follower
+
+
 class Start(NamedTuple):
     """The input of a core at its start."""
 
@@ -78,6 +83,7 @@ class Start(NamedTuple):
     stopwatch: Stopwatch | None = None  # for a user's law
     store: Store | None = None
     aside: Aside = Done  # computes what must not hold up the steps
+    law: MakeLaw | None = None  # of a follower, in place of `follower_law`
 
     @property
     def drone(self) -> int:

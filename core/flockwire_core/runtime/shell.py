@@ -14,6 +14,7 @@ from contextlib import AbstractAsyncContextManager, nullcontext
 from random import Random
 
 from flockwire_core import clock
+from flockwire_core.law import Law
 from flockwire_core.process.cores import Core, Start
 from flockwire_core.process.stepping import StatusPublisher, StepCounts, Stepper, prompt_keys, tick_period
 from flockwire_core.process.stopwatch import Stopwatch
@@ -30,6 +31,7 @@ from flockwire_core.runtime.supervision import Supervision
 from flockwire_core.runtime.swarm_clock import SwarmClock
 from flockwire_core.runtime.ticker import Ticker
 from flockwire_core.security.files import default_folder
+from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.phase import Phase
@@ -122,6 +124,13 @@ def _waits(status: StatusPublisher) -> None:
         status.update(now, Report(Phase.WAITING, "waits for the gateway's time"), StepCounts(), ())
 
 
+def prompt_law(swarm: Swarm, number: int) -> Law:
+    """Return the law of a follower in real time: one in another process has half a period for a step."""
+    from flockwire_core.follower_law import follower_law  # noqa: PLC0415  (few processes have a law)
+
+    return follower_law(swarm, number, 0.5 / swarm.control.rate_hz)
+
+
 async def run_core(job: Job, feed: Feed | None = None) -> None:
     """Run the core of the process table, with its own input, until the process must end."""
     plan, identity = job.plan, job.identity
@@ -140,7 +149,7 @@ async def run_core(job: Job, feed: Feed | None = None) -> None:
         status.stopwatch = Stopwatch(clock.monotonic, 1.0 / plan.swarm.control.rate_hz)
         store = FileStore((job.keys or default_folder(plan.swarm.name)) / f"{identity}.kept")
         aside = ThreadPoolExecutor(1, "aside").submit  # starts a thread with its first task
-        core = job.make_core(Start(plan, identity, clock.now(), chance, status.stopwatch, store, aside))
+        core = job.make_core(Start(plan, identity, clock.now(), chance, status.stopwatch, store, aside, prompt_law))
         sockets = await stack.enter_async_context(serve(core))
         shell = Shell(core, plan, identity, session, swarm_clock, status, sockets)
         fed = feed(core, shell.step) if feed is not None else None

@@ -1,4 +1,4 @@
-"""Where the law that `[control] law` names is found: built in, in a file beside the swarm file, or installed."""
+"""Where the law that `[control] law` names is found: built in, in a file, installed, in another process."""
 
 from __future__ import annotations
 
@@ -24,9 +24,12 @@ BUILT_IN = {
 }
 
 
+ELSEWHERE = "flockwire_core.runtime.law_elsewhere:LawElsewhere"  # speaks with a law in another process
+
+
 def law_file(swarm: Swarm) -> Path | None:
     """Return the file of an own law, beside the swarm file; None for a built-in one or an installed module."""
-    if swarm.control.law in BUILT_IN:
+    if swarm.control.law in BUILT_IN or swarm.control.elsewhere:
         return None
     module = swarm.control.law.rpartition(":")[0]
     if module.endswith(".py"):
@@ -37,5 +40,7 @@ def law_file(swarm: Swarm) -> Path | None:
 
 def law_object(swarm: Swarm) -> str:
     """Return the class of the law, for `load_object`."""
+    if swarm.control.elsewhere:
+        return ELSEWHERE
     law, file = swarm.control.law, law_file(swarm)
     return BUILT_IN.get(law, law) if file is None else f"{file}:{law.rpartition(':')[2]}"

@@ -15,6 +15,7 @@ from operator import attrgetter
 from flockwire_core.control.plane_polygon import Corner, crossing, edges
 from flockwire_core.swarm.laws import BUILT_IN
 from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.swarm.tables import Declared
 from flockwire_core.swarm.validation import Problem
 from flockwire_core.swarm.wording import beside, meant, shown
 
@@ -83,6 +84,16 @@ def _leaders(swarm: Swarm) -> Iterator[Problem]:
 
 def _law(swarm: Swarm) -> Iterator[Problem]:
     law = swarm.control.law
+    if swarm.control.elsewhere:
+        port = law.removeprefix("tcp:")
+        if not law.startswith("socket:") and not (port.isdecimal() and 0 < int(port) < 65536):
+            yield Problem("control.law", "must be tcp:PORT, a port from 1 to 65535 of this machine")
+        elif law == "socket:":
+            yield Problem("control.law", "must be socket:PATH, the path of a Unix socket")
+        return
+    if swarm.control.information != Declared():
+        rule = "is of laws in another process alone; a class declares its own"
+        yield Problem("control.information", f"{rule}: remove the table", "")
     if law not in BUILT_IN and not re.fullmatch(r"([A-Za-z_][\w.]*|[^:]+\.py):[A-Za-z_]\w*", law):
         own = "your own class, 'file.py:ClassName' or 'package.module:ClassName'"
         yield Problem("control.law", f"must be one of {sorted(BUILT_IN)} or {own}{meant(law, BUILT_IN)}")

@@ -158,14 +158,38 @@ class Parameters(Model):
         return cls.model_validate_json(json.dumps(given))
 
 
+Senses = Items[Literal["bearing", "distance", "position", "velocity"]]
+
+
+class Declared(Model):
+    """The information of a law in another process (docs/law_elsewhere.md), which a law of Python declares itself."""
+
+    neighbours: Senses = key((), "sensed of each drone with an edge to this one")
+    around: Senses = key((), "sensed of whoever is within `radius`")
+    radius: float = key(0.0, "0: only bodies, within avoidance.sensing_radius", "m", ge=0, le=1000)
+    named: bool = key(False, "whether those around have their numbers")
+    own: Items[Literal["position", "velocity"]] = key((), "known of the own drone")
+    output: Literal["velocity", "acceleration"] = key("velocity", "what a command is")
+    message: int = key(0, "numbers in a message to the out-neighbours, 0: none", ge=0, le=1024)
+    pace: Literal["step", "event"] = key("step", '"event": silence of messages is normal')
+    silence: Age = key(0.3, "after which a neighbour counts as lost", "s")
+    leaders: tuple[int, int] = key((0, 1), "the least and the most", strict=False)
+    directed: bool = key(True, "false: the graph must be symmetric")
+    signed: bool = key(False, "whether weights may be negative")
+    planar: bool = key(False, "true: the pilot holds the height")
+
+
 class Control(Model):
     """The control law, the gains of the formation tracking protocol (9), and the safety filter round it."""
 
     rate_hz: int = key(100, "of control steps", "Hz", ge=10, le=500)
     law: str = key(
-        "extended", '"extended", "paper", a file of laws/, or your own: "file.py:ClassName", "package.module:ClassName"'
+        "extended",
+        '"extended", "paper", a file of laws/, or your own: "file.py:ClassName", "package.module:ClassName", '
+        '"socket:PATH" or "tcp:PORT" of a program',
     )
     parameters: dict[str, JsonValue] = key({}, "those of your own law")
+    information: Declared = key(Declared(), "of a law in another process")
     formation_gain: Positive = key(3.0, "K: gain towards the follower's place", "1/s")
     compensation_gain: NotNegative = key(0.2, 'phi: compensates the leader\'s unknown motion (law "paper")', "m/s")
     compensation_smoothing: Size = key(0.01, 'epsilon: width of the soft sign behind it (law "paper")', "m")
@@ -173,6 +197,11 @@ class Control(Model):
         0.0, "most that pilots estimate and compensate: wind, a wrong gain (safety filter)", "m/s"
     )
     safety_filter: bool | None = key(None, 'whether it is used; default: with every law but "paper"')
+
+    @property
+    def elsewhere(self) -> bool:
+        """Whether the law is in another process, which serves a socket."""
+        return self.law.startswith(("socket:", "tcp:"))
 
     @property
     def own_law(self) -> bool:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from collections.abc import Iterable
+from functools import lru_cache, reduce
+from operator import or_
+from typing import Any, NamedTuple
 
 from flockwire_core.domain.motion import LeaderMotion
-from flockwire_core.law import RELAYING, Information, Sense
+from flockwire_core.law import RELAYING, Information, Output, Pace, Sense
 from flockwire_core.objects import load_object
 from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm
@@ -14,16 +17,39 @@ from flockwire_core.swarm.model import Swarm
 def information_of(swarm: Swarm) -> Information:
     """Return what the law declares; for one that cannot be loaded, as where only its trace is read, RELAYING."""
     try:
-        return _declared(law_object(swarm))
+        return declared(swarm)
     except Exception:
         return RELAYING
 
 
+def declared(swarm: Swarm) -> Information:
+    """Return what the law declares, or the file for one in another process; raises errors of the law's import."""
+    if not swarm.control.elsewhere:
+        return _of_class(law_object(swarm))
+    table = swarm.control.information
+    return Information(
+        neighbours=_senses(table.neighbours), around=_senses(table.around), radius=table.radius, named=table.named,
+        own=_senses(table.own), output=Output(table.output), message=numbers(table.message) if table.message else None,
+        pace=Pace[table.pace.upper()], silence=table.silence, leaders=table.leaders, directed=table.directed,
+        signed=table.signed, planar=table.planar,
+    )  # fmt: skip
+
+
+def _senses(names: Iterable[str]) -> Sense:
+    return reduce(or_, (Sense[name.upper()] for name in names), Sense.NOTHING)
+
+
 @lru_cache(maxsize=16)
-def _declared(law: str) -> Information:
+def numbers(count: int) -> Any:  # noqa: ANN401  (a class)
+    """Return the type of messages of `count` numbers."""
+    return NamedTuple("Numbers", [("numbers", tuple[(float,) * count])])  # type: ignore[misc]
+
+
+@lru_cache(maxsize=16)
+def _of_class(law: str) -> Information:
     found = getattr(load_object(law), "information", Information())
     if not isinstance(found, Information):
-        raise TypeError(f"information = {found!r}: must be an Information")
+        raise TypeError(f"its information must be an Information, not {found!r}")
     return found
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from math import isfinite
 from operator import index
 from struct import Struct, error
@@ -33,6 +33,7 @@ class LawForm:
         codes = {name: "".join(_codes(one, f"{kind.__name__}.{name}")) for name, one in self._fields.items()}
         self._struct = Struct("<" + "".join(codes.values()))
         self.size = self._struct.size  # bytes
+        self.count = self.size // 8  # numbers
         if self.size > LARGEST:
             raise FormError(f"message {kind.__name__} takes {self.size} bytes, at most {LARGEST} may be sent")
         self.definition = "".join([f"\n{line}" for name, code in codes.items() for line in _lines(name, code)])
@@ -41,15 +42,18 @@ class LawForm:
         """Return the octets of a message; raises ValueError or TypeError for one of another form."""
         if not isinstance(message, self._kind):
             raise TypeError(f"a message must be a {self._kind.__name__}, not {message!r}")
-        values = [
+        try:
+            return self._struct.pack(*self.flat(message))
+        except error as wrong:
+            raise ValueError(f"{message!r}: {wrong}") from None
+
+    def flat(self, message: Iterable[object]) -> list[float]:
+        """Return the numbers of a message, one after the other."""
+        return [
             value
             for (name, kind), part in zip(self._fields.items(), message, strict=True)
             for value in _flat(kind, part, name)
         ]
-        try:
-            return self._struct.pack(*values)
-        except error as wrong:
-            raise ValueError(f"{message!r}: {wrong}") from None
 
     def unpack(self, data: bytes) -> object:
         """Return the message of some octets; raises MessageError."""

@@ -123,6 +123,8 @@ def deploy(
     plan = load(swarm)
     if plan.swarm.network.security == "none":
         refuse("network.security = 'none': is only for measurements on one machine, with `up`; remove it to deploy")
+    if plan.swarm.control.elsewhere:
+        refuse(f"control.law = {plan.swarm.control.law!r}: is a program of this machine; fly it with `flockwire up`")
     folder, held = out or Path("deploy") / plan.swarm.name, keys_folder(swarm, plan, keys)
     try:
         within = _range(subnets)
