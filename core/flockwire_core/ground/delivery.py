@@ -60,10 +60,12 @@ class OrderDelivery(ABC):
         self._began: int | None = None
 
     def correct(self, by: int) -> None:
-        """Record that swarm time jumps ahead by `by` ns (back if negative) before it has begun."""
+        """Record that swarm time jumps ahead by `by` ns (back if negative): that time has not passed."""
+        self._asked, self._since = self._asked + by, self._since + by
         if self._began is None:
-            self._asked, self._since = self._asked + by, self._since + by
             self._known = KnownOrders(self._giver, self._asked)
+        else:
+            self._began, self._known.since = self._began + by, self._known.since + by
 
     def may_wait(self, now: int) -> bool:
         """Return whether it may wait for swarm time at `now` (Unix ns)."""

@@ -218,8 +218,6 @@ def _pose_readers(roster: Roster, owner: Owner) -> tuple[str, ...]:
 def _other_hosts(roster: Roster) -> tuple[Owner, ...]:
     """Name the processes that may run on another host than the gateway, as an operator's command may."""
     (gateway,), operators = roster.of(GATEWAY), roster.of(*ORDERING, TELEOP)
-    if len(roster.swarm.hosts) == 1:
-        return ()
     here = roster.host(gateway)
     return tuple(
         Owner(*member)

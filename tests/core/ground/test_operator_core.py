@@ -173,6 +173,18 @@ def test_a_clock_that_is_set_moves_when_an_order_was_asked_for(station: Station)
     assert station.core.is_ordering
 
 
+@pytest.mark.parametrize("ahead", [3600 * SECOND, -3600 * SECOND])
+def test_an_order_that_has_begun_ends_in_its_time_though_the_clock_is_set(station: Station, ahead: int) -> None:
+    station.ask("land")
+    station.step()
+    station.core.correct(ahead)
+    station.now += ahead
+    station.step(0.5 * ANSWER_TIME / SECOND)
+    assert station.answers == []
+    station.step(ANSWER_TIME / SECOND)
+    assert len(station.answers) == 1
+
+
 def test_no_process_reports_another(station: Station) -> None:
     status = Status(BEGAN, "world", "uav2", Report("ready"), 1, 0, 0, 0, 0, 0.0, 0, (), ())
     station.core.receive(Key("status", "uav1"), status, BEGAN)

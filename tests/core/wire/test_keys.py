@@ -37,6 +37,8 @@ CHAIN = {  # the paper's: {key: (who publishes it, who subscribes to it beside t
     PROPOSAL: (ORDERING, {"gateway"}),
     MISSION: ({*ORDERING, "gateway"}, {"gateway", *PILOTS}),
     STOP: (ORDERING, {"kinematics", *PILOTS}),
+    **{Key(TIME_REQUEST, name): ({name}, {"gateway"}) for name in sorted(ORDERING)},
+    **{Key(TIME_REPLY, name): ({"gateway"}, {name}) for name in sorted(ORDERING)},
 }
 
 

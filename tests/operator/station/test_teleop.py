@@ -2,7 +2,7 @@
 
 import pytest
 from flockwire_core.domain.time import SECOND
-from flockwire_core.wire.keys import STEERING, Key
+from flockwire_core.wire.keys import STEERING, TIME_REPLY, TIME_REQUEST, Key
 from flockwire_operator.cli.orders import app
 from flockwire_operator.station.teleop import HELD, SteeringKeys
 from typer.testing import CliRunner
@@ -37,12 +37,12 @@ def test_space_stops_at_once_q_ends_and_other_keys_are_nothing():
     assert keys.ended
 
 
-def test_teleop_publishes_to_the_leader_and_receives_nothing(make_plan):
+def test_teleop_publishes_to_the_leader_and_receives_the_time_alone(make_plan):
     plan = make_plan({"leader.kind": "teleoperated"})
-    assert plan.publishes["teleop"] == (Key(STEERING, "uav0"),)
-    assert plan.subscribes["teleop"] == ()
+    assert plan.publishes["teleop"] == (Key(STEERING, "uav0"), Key(TIME_REQUEST, "teleop"))
+    assert plan.subscribes["teleop"] == (Key(TIME_REPLY, "teleop"),)
     assert plan.passes("teleop", "leader") == (Key(STEERING, "uav0"),)
-    assert set(plan.links["teleop"]) == {"leader", *plan.recorders}
+    assert set(plan.links["teleop"]) == {"gateway", "leader", *plan.recorders}
     assert "teleop" not in make_plan().identities
 
 
