@@ -6,7 +6,7 @@ from pathlib import Path
 
 from flockwire_core.loading import problems
 from flockwire_core.swarm.model import Swarm
-from flockwire_recorder.parts import parts
+from flockwire_core.trace_files import parts
 from flockwire_recorder.records import WholeRecords, messages
 from flockwire_recorder.trace import COUNT_MASK, METADATA
 from mcap.records import Metadata

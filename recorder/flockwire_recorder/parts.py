@@ -9,12 +9,12 @@ in the folder of the truncated trace.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from datetime import datetime
-from itertools import chain, count, takewhile
+from itertools import chain
 from pathlib import Path
 
 from flockwire_core.swarm.model import Swarm
+from flockwire_core.trace_files import further, parts
 from mcap.records import Metadata
 from mcap.writer import MCAP0_MAGIC
 
@@ -25,15 +25,10 @@ FIRST = "trace.mcap"
 SAME_FLIGHT = 600.0  # s after the last record within which a restarted recorder continues the flight
 
 
-def parts(trace: Path) -> tuple[Path, ...]:
-    """Return `trace`, the first part, and those after it in order."""
-    return (trace, *takewhile(Path.exists, _further(trace)))
-
-
 def next_part(folder: Path) -> Path:
     """Return the file for the next recorder of the flight in `folder`."""
     first = folder / FIRST
-    return next(path for path in chain((first,), _further(first)) if not path.exists())
+    return next(path for path in chain((first,), further(first)) if not path.exists())
 
 
 def same_flight(folder: Path, swarm: Swarm, now: datetime) -> bool:
@@ -88,7 +83,3 @@ def _is_closed(trace: Path) -> bool:
     with trace.open("rb") as stream:
         stream.seek(max(size, trace.stat().st_size - size))
         return stream.read() == MCAP0_MAGIC
-
-
-def _further(trace: Path) -> Iterator[Path]:
-    return (trace.with_name(f"{trace.stem}-{number}{trace.suffix}") for number in count(2))

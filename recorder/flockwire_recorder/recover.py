@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from flockwire_core.trace_files import parts
 from mcap.records import Attachment, Channel, Header, McapRecord, Message, Metadata, Schema
 from mcap.writer import CompressionType, Writer
 
-from flockwire_recorder.parts import parts
 from flockwire_recorder.records import WholeRecords, publisher_of
 from flockwire_recorder.trace import COUNT_BITS, METADATA, PUBLISHER, about_publisher
 

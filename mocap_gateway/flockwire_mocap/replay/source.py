@@ -16,6 +16,7 @@ from flockwire_core.process.cores import Start
 from flockwire_core.ros.definitions import POSE
 from flockwire_core.ros.messages import SIGHTINGS, Sighting, read_sightings
 from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.trace_files import parts
 from flockwire_core.wire.cdr import MessageError
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key
@@ -116,17 +117,20 @@ class OwnNames:
 
 
 def read_poses(path: Path, swarm: Swarm) -> list[RecordedPose]:
-    """Return all poses of a recording in the order of their time; raises OSError if there are none."""
+    """Return all poses of a recording, of all its parts, in the order of their time; raises OSError without any."""
     from mcap.exceptions import McapError  # noqa: PLC0415  (no other source needs it)
 
     table = swarm.gateway.replay
     names = BodyNames(table, swarm) if table.foreign else OwnNames(swarm)
-    found, others = list[RecordedPose](), dict[str, None]()
-    try:
-        found.extend(_poses_in(path, names, others))  # keeps what it has at an error
-    except (McapError, MessageError, LengthError, StructError) as error:  # cut off: what was read is served
-        if not found:
-            raise OSError(f"{path}: has no poses that can be read: {error}") from error
+    found, others, times = list[RecordedPose](), dict[str, None](), Times()
+    broken: Exception | None = None
+    for part in parts(path):
+        try:
+            found.extend(_poses_in(part, names, others, times))  # keeps what it has at an error
+        except (McapError, MessageError, LengthError, StructError) as error:  # cut off: what was read is served
+            broken = error
+    if not found and broken is not None:
+        raise OSError(f"{path}: has no poses that can be read: {broken}") from broken
     if not found:
         wanted = table.array or table.topic or "/SWARM/uavN/pose"
         there = f"; poses are on {_several(others)}: set gateway.replay.topic or array" if others else ""
@@ -135,11 +139,10 @@ def read_poses(path: Path, swarm: Swarm) -> list[RecordedPose]:
     return sorted([pose._replace(elapsed=pose.elapsed - first) for pose in found], key=lambda pose: pose[:2])
 
 
-def _poses_in(path: Path, names: BodyNames | OwnNames, others: dict[str, None]) -> Iterator[RecordedPose]:
+def _poses_in(path: Path, names: BodyNames | OwnNames, others: dict[str, None], times: Times) -> Iterator[RecordedPose]:
     """Yield the poses on the topics that match `names`, as they come; add the topics of all others to `others`."""
     from mcap.reader import NonSeekingReader  # noqa: PLC0415  (no other source needs it)
 
-    times = Times()
     with path.open("rb") as file:
         reader = NonSeekingReader(file, validate_crcs=True)
         for schema, channel, record in reader.iter_messages(log_time_order=False):

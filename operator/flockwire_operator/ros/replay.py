@@ -10,10 +10,10 @@ from flockwire_core import clock
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ros.messages import clock_reading
 from flockwire_core.runtime.ros_node import RosNode, join
+from flockwire_core.trace_files import parts
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.plan import Plan
-from flockwire_recorder.parts import parts
 from flockwire_recorder.records import WholeRecords, messages
 
 from flockwire_operator.ros.core import PERIOD

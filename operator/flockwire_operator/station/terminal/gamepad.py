@@ -35,7 +35,7 @@ GONE = "{name} is gone: the leader stops; start again when it is back"
 SILENCED = "{name} has reported nothing for {seconds:g} s: the leader stops; centre the sticks to go on"
 SILENT = 2 * SECOND  # ns that a deflected stick acts without an event
 KEYS, AXES = 0x01, 0x03  # EV_KEY, EV_ABS
-A_BUTTON = 0x130  # BTN_SOUTH: every gamepad has it, no mouse, tablet or keyboard
+BUTTONS = {0x120, 0x130}  # BTN_TRIGGER, BTN_SOUTH: a pad or a joystick has one, no mouse, tablet or keyboard
 SYNCHRONISATION, DROPPED = 0x00, 0x03  # EV_SYN, SYN_DROPPED: the kernel's event queue was full
 DEAD_ZONE = 0.15  # share of a stick's deflection
 EAST, SOUTH, THROTTLE, OTHER_THROTTLE = 0x00, 0x01, 0x04, 0x05  # ABS_X, ABS_Y, ABS_RY, ABS_RZ
@@ -163,7 +163,7 @@ def plugged_in(speed: float, inputs: Path = INPUTS) -> tuple[Gamepad | None, str
 def is_gamepad(capabilities: dict[int, list[Any]]) -> bool:
     """Return whether a device of these `capabilities` (codes by type, axes with ranges) has sticks."""
     axes = {code for code, _ in capabilities.get(AXES, ())}
-    return A_BUTTON in capabilities.get(KEYS, ()) and {EAST, SOUTH} <= axes
+    return not BUTTONS.isdisjoint(capabilities.get(KEYS, ())) and {EAST, SOUTH} <= axes
 
 
 def _beyond(deflection: float) -> float:

@@ -156,6 +156,7 @@ def test_a_gamepad_without_permission_is_named_with_the_remedy(tmp_path, monkeyp
 
 def test_a_mouse_is_not_a_gamepad():
     assert is_gamepad(Device().capabilities())
+    assert is_gamepad(Device().capabilities() | {1: [0x120]})  # a pad whose buttons have no names
     assert not is_gamepad({1: [0x110], 2: [0, 1]})
     assert not is_gamepad({1: [0x130], 3: [(EAST, Info(0, 1, 0))]})
 
