@@ -68,10 +68,10 @@ def test_no_drone_takes_off_with_a_clock_that_is_not_known_well_enough() -> None
     assert "limits.clock_offset_bound = 0.05 s" in outcome.failure
 
 
-def test_one_host_asks_for_no_time() -> None:
+def test_on_one_host_only_operators_ask_for_the_time() -> None:
     table = tomllib.loads((SWARM.parents[2] / "examples/paper_simulation.toml").read_text())
     plan = Plan(parse_swarm(table, "paper"))
-    assert not [key for key in plan.keys if key.kind.startswith("time")]
+    assert {key.owner for key in plan.keys if key.kind.startswith("time")} == {"operator", "console"}
 
 
 def test_a_pilot_restarted_in_flight_knows_the_time_again() -> None:
