@@ -159,7 +159,7 @@ WRONG = [
     ),
     (
         {"formation": {"kind": "expression", "x": "w*t", "y": "0"}},
-        "formation.x = 'w*t': 'w' is not a known name; it may use t, i, n, pi, e and the functions sin, cos",
+        "formation.x = 'w*t': 'w' is not known; it may use t, i, n, pi, e and the functions sin, cos",
     ),
     ({"formations.kink": {"kind": "expression", "x": "abs(t)", "y": "0"}}, "formations.kink.x = 'abs(t)': 'abs' of"),
     ({"formation.rate": 1.6}, "formation: its drones fly up to 3.20 m/s, limits.speed = 3.0 m/s"),
