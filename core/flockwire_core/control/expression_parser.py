@@ -40,7 +40,7 @@ def _tree(part: ast.expr, depth: int) -> Node:
     if depth > DEEPEST:
         raise ExpressionError(TOO_DEEP)
     match part:
-        case ast.Constant(value=value) if type(value) in (int, float):
+        case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
             return Number(float(value))
         case ast.Name(id=name) if name in VARIABLES:
             return Variable(name)
