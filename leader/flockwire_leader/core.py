@@ -24,8 +24,6 @@ from flockwire_leader.teleoperation import Teleoperation
 from flockwire_leader.tracked import TrackedLeader
 from flockwire_leader.virtual import VirtualLeader
 
-SILENCE = 0.0  # s: a leader has no in-neighbours
-
 
 class FlyingLeader:
     """Flies leader `number` along its trajectory, or as a person steers it; started at `now` (Unix ns)."""
@@ -60,7 +58,7 @@ class FlyingLeader:
         """Observe, decide, command: what to publish at `now`."""
         pilot = self._pilot
         was = pilot.flight.phase
-        phase = pilot.observe(now, SILENCE, (), "", list)
+        phase = pilot.observe(now, 0.0, (), "", list)  # s: a leader has no in-neighbours
         wanted = self._wanted(was, now) if phase is Phase.FORMATION else ZERO
         messages = [*pilot.command(wanted, now), *self._sign.messages(phase in LEADING_PHASES, now)]
         mission = pilot.flight.mission

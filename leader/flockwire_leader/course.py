@@ -25,11 +25,9 @@ from flockwire_core.domain.vector import ZERO, Vector, add, limit, norm, scale, 
 from flockwire_core.parameters import detour_parameters, guard_parameters, sidestep_parameters
 from flockwire_core.swarm.model import Swarm
 
-REACTION_PERIODS = 3.0  # control periods, from a command to the pose that shows it
 SLACK = 0.3  # m beyond the free error at which the trajectory stops
 CLEAR = 0.2  # m beyond the safety distance from which on a goal may wait
 CATCH_UP = 0.5  # m/s, largest correction, unless the trajectory itself is faster
-SIDE_SWITCH_TIME = 10.0  # s without progress: half around an obstacle takes long at that speed
 
 
 class Course:
@@ -44,9 +42,11 @@ class Course:
         )
         self.time = TrajectoryTime(LONGEST_STEP if self._filtered else inf)
         self._ahead = airframe.lag + airframe.dead_time
-        self._delay = self._ahead + REACTION_PERIODS / swarm.control.rate_hz
+        # control periods, from a command to the pose that shows it
+        self._delay = self._ahead + 3.0 / swarm.control.rate_hz
         self._braking, self._separation = swarm.limits.acceleration, swarm.avoidance.kept
-        self._sidestep = Sidestep(sidestep_parameters(swarm), SIDE_SWITCH_TIME)
+        # s without progress: half around an obstacle takes long at that speed
+        self._sidestep = Sidestep(sidestep_parameters(swarm), 10.0)
         self._detour = detour_parameters(guard_parameters(swarm, number))
         self._straighten()
         self._origin = ZERO  # start of the trajectory, m

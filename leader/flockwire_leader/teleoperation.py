@@ -9,8 +9,6 @@ from flockwire_core.pilot.phases import age
 from flockwire_core.pilot.place import keep_place
 from flockwire_core.swarm.model import Swarm
 
-STILL = 1e-6  # m/s below which the leader holds its position
-
 
 class Teleoperation:
     """Follows the leader's newest steering command within its speed and acceleration.
@@ -43,7 +41,7 @@ class Teleoperation:
             wanted = limit(newest.velocity, self._speed)
             change = limit(subtract(wanted, self._velocity), self._acceleration * dt)
             self._velocity = add(self._velocity, change)
-        if norm(self._velocity) > STILL:
+        if norm(self._velocity) > 1e-6:  # m/s below which the leader holds its position
             self._place = None
             return self._velocity
         self._place = self._place or position

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping
 from statistics import median
-from typing import Final
 
 from flockwire_core.domain.body import Nearby
 from flockwire_core.domain.order import Mission
@@ -33,9 +32,7 @@ from flockwire_mocap.field_bodies import FieldBodies, Stray
 from flockwire_mocap.relative_sensor import RelativeSensor
 from flockwire_mocap.tracking import NO_FRAMES, Source
 
-REPEAT: Final = SECOND // 2  # ns between two repetitions of the newest order
 TAKE_OFF = ("prepare", "takeoff")  # the orders that name drones which are not on the field
-LATENCIES = 500  # poses in the reported median
 SOURCES: Mapping[str, str] = {  # "module:class", by gateway.source
     "simulated": "flockwire_twins.trackers.cameras:SimulatedSource",
     "natnet": "flockwire_mocap.natnet.source:NatNetSource",
@@ -68,7 +65,8 @@ class GatewayCore(Ground):
         roster = Roster(swarm)
         self._pilots = {roster.pilot[i]: i for i in swarm.flying}
         self._strays: set[int] = set()  # the drones whose pilots report that the poses are not theirs
-        self._latencies: deque[int] = deque(maxlen=LATENCIES)  # ns
+        # poses in the reported median
+        self._latencies: deque[int] = deque(maxlen=500)  # ns
         self._store = store
         self._log = OrderLog(frozenset(self._pilots), now, _kept(store))
         self._repeat_at = 0
@@ -110,7 +108,7 @@ class GatewayCore(Ground):
                 messages.append((self._seen_keys[drone], seen.pop(drone)))
             messages.append((self._pose_keys[drone], Pose(stamp, frame, position, claim.orientation)))
         if self._log.order is not None and now >= self._repeat_at:
-            self._repeat_at = now + REPEAT
+            self._repeat_at = now + SECOND // 2  # ns between two repetitions of the newest order
             messages.append((MISSION, self._log.order))
         return messages
 

@@ -50,7 +50,6 @@ FORGET: Final = SECOND  # ns unseen after which a velocity is dropped, and a str
 LEFT: Final = 5 * SECOND  # ns after which an unseen person counts as gone
 SAME: Final = 0.05  # m: two names so near are on one body
 MOST_MOVERS: Final = 500  # other bodies that are kept; beyond that unseen ones are dropped
-TIME_CONSTANT = 0.05  # s, of the velocity trackers
 
 
 class Stray(NamedTuple):
@@ -88,7 +87,7 @@ class Mover:
         self.shape, self.position, self.stamp = shape, position, stamp
         self.radius, self._height = shape
         self._epoch = stamp
-        self.tracker = VelocityTracker(TIME_CONSTANT, position, 0.0)
+        self.tracker = VelocityTracker(0.05, position, 0.0)  # s, of the velocity trackers
 
     def update(self, position: Vector, stamp: int) -> None:
         """Record its position at `stamp` (ns)."""

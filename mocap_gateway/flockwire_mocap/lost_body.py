@@ -9,8 +9,6 @@ from flockwire_core.domain.vector import ZERO, Vector, norm, scale
 from flockwire_core.swarm.model import Swarm
 
 DRIFT = 0.1  # m/s of drift of an airframe that hovers or lands by its own sensors
-STANDS = 0.1  # m above the ground; a drone below it is on the ground
-WALK = 0.5  # m/s, least speed of a person who is not seen
 WAY = 1.0  # m, largest assumed way of an unseen person; more would block half the field for a hidden marker
 
 
@@ -45,7 +43,7 @@ def drone_spread(swarm: Swarm, drone: int, height: float) -> Spread:
 
     Its pilot stops it after pose_zero and lands it straight down after pose_land; on the ground it does not move.
     """
-    if height <= STANDS:
+    if height <= 0.1:  # m above the ground; a drone below it is on the ground
         return STILL
     limits, frame = swarm.limits, swarm.airframe(drone)
     stale, slowness = limits.staleness, frame.dead_time + frame.lag
@@ -56,7 +54,7 @@ def drone_spread(swarm: Swarm, drone: int, height: float) -> Spread:
 
 def person_spread(speed: float) -> Spread:
     """Return the spread of a person who was seen walking at `speed`, m/s: in any direction, WAY at most."""
-    speed = max(speed, WALK)
+    speed = max(speed, 0.5)  # m/s, least speed of a person who is not seen
     return Spread(speed, WAY / speed)
 
 

@@ -15,7 +15,6 @@ from flockwire_core.wire.sighting import Sighting, sensed
 from flockwire_mocap.claim import Claim
 from flockwire_mocap.field_bodies import FEW, Vicinity
 
-TIME_CONSTANT = 0.05  # s, of the trackers: their velocity is not late while the acceleration is constant
 FORGET: Final = SECOND  # ns unseen after which a track restarts
 
 
@@ -25,7 +24,8 @@ class Track:
     def __init__(self, position: Vector, stamp: int) -> None:
         self.position, self.stamp = position, stamp  # m; Unix ns
         self._epoch = stamp
-        self._tracker = AccelerationTracker(TIME_CONSTANT, position, 0.0)
+        # s, of the trackers: their velocity is not late while the acceleration is constant
+        self._tracker = AccelerationTracker(0.05, position, 0.0)
 
     def update(self, position: Vector, stamp: int) -> None:
         """Receive a newer position, m."""

@@ -15,12 +15,10 @@ from flockwire_core.domain.time import SECOND
 DelayPoint = tuple[int, int]  # source time, local minus source time; ns
 
 BLOCK = SECOND  # ns of the source's clock for each kept point
-BLOCKS = 60  # blocks under the line
 SLOPE_BLOCKS = 10  # blocks from which on the slope is used; before, the line is level
 DRIFT_LIMIT = 500e-6  # above any quartz
 STEP = SECOND  # ns; a source whose clock jumps by more has been restarted
 STEP_PATIENCE = SECOND  # ns for which a step back must last; a full queue empties sooner
-AGREEMENT = SECOND // 100  # ns; a clock that was set back is followed if it is off by more than this
 
 
 class SourceClock:
@@ -32,7 +30,7 @@ class SourceClock:
 
     def __init__(self) -> None:
         self.steps = 0
-        self._points: deque[DelayPoint] = deque(maxlen=BLOCKS)
+        self._points: deque[DelayPoint] = deque(maxlen=60)  # blocks under the line
         self._slope = 0.0
         self._base: DelayPoint | None = None  # a point of the line
         self._behind_since: int | None = None
@@ -68,7 +66,8 @@ class SourceClock:
     def _stepped(self, source_time: int, difference: int, local_now: int, set_back: bool) -> bool:
         """Return whether the source's clock has jumped: ahead, which no delay causes, or back for STEP_LASTS."""
         excess = difference - (self.local(source_time) - source_time)
-        if set_back and excess > AGREEMENT:
+        # ns; a clock that was set back is followed if it is off by more than this
+        if set_back and excess > SECOND // 100:
             return True
         if excess <= STEP:
             self._behind_since = None

@@ -14,7 +14,6 @@ from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.status import Counts
 
-UNIT_TOLERANCE = 0.02  # of the squared norm: single precision and a tracker's rounding stay far below
 NO_FRAMES = "no frames arrive: does the tracker still stream?"
 LOST = (0.0, 0.0, 0.0)  # position of a body that the tracker does not see
 
@@ -83,7 +82,8 @@ def is_pose(position: Vector, orientation: Quaternion) -> bool:
     """Return whether these are a valid pose: finite numbers, a quaternion of unit length."""
     x, y, z, w = orientation
     length = x * x + y * y + z * z + w * w  # NaN and infinity fail the comparison
-    return abs(length - 1.0) < UNIT_TOLERANCE and isfinite(sum(position))
+    # of the squared norm: single precision and a tracker's rounding stay far below
+    return abs(length - 1.0) < 0.02 and isfinite(sum(position))
 
 
 class SourceState(NamedTuple):

@@ -34,12 +34,10 @@ from mcap.records import (
 from mcap.writer import MCAP0_MAGIC
 
 _MESSAGE: Final = int(Opcode.MESSAGE)
-_HEAD: Final = 22  # bytes of a message record before its data
 _HALF: Final = 1 << 31  # of unsigned numbers of 32 bits: from there on they are written as negative ones
 _HALF_SHORT: Final = 1 << 15
 CHUNK_SPAN: Final = 250_000_000  # ns of log time after which a flush ends a chunk
 _INDEX = Struct("<BQHI")  # opcode, length, channel, bytes of entries
-_ENTRY: Final = 16  # bytes of one
 
 
 class ChunkedWriter:
@@ -91,7 +89,7 @@ class ChunkedWriter:
         write_i64_le(index, log_time)
         write_i64_le(index, len(chunk))
         chunk.append(_MESSAGE)
-        write_i64_le(chunk, _HEAD + len(data))
+        write_i64_le(chunk, 22 + len(data))  # bytes of a message record before its data
         write_i16_le(chunk, channel if channel < _HALF_SHORT else channel - 2 * _HALF_SHORT)
         write_i32_le(chunk, sequence if sequence < _HALF else sequence - 2 * _HALF)
         write_i64_le(chunk, log_time)
@@ -161,7 +159,7 @@ class ChunkedWriter:
         self._stream.write(written)
         self._chunks.append(_bytes(chunk))
         for channel, entries in self._index.items():
-            self._counts[channel] = self._counts.get(channel, 0) + len(entries) // _ENTRY
+            self._counts[channel] = self._counts.get(channel, 0) + len(entries) // 16  # bytes of an entry
         first, last = self._first, self._last
         self._begin, self._end = min(self._begin or first, first), max(self._end, last)
         self._data, self._index, self._first, self._last = BytesWriter(), {}, 0, 0

@@ -28,8 +28,6 @@ from flockwire_recorder.full import TraceFullError
 METADATA = "flockwire"
 PUBLISHER = "publisher"  # name of a metadata record: topic, number and, in hexadecimal, id of one
 PROFILE = "ros2"
-CHUNK_SIZE = 256 * 1024  # bytes after which a chunk ends without a flush
-MOST_PUBLISHERS = 63  # publishers of one topic with their own number; all others share one
 OTHERS = b"others".ljust(16, b"\0")
 COUNT_BITS = 26  # of the 32 bits of a sequence number: a week at 100 Hz
 COUNT_MASK = (1 << COUNT_BITS) - 1
@@ -82,7 +80,7 @@ class TraceWriter:
         self._channels: dict[str, int] = {}
         self._publishers: dict[str, dict[bytes, int]] = {}  # number of each, by topic
         self._stream = path.open("wb")
-        self._writer = ChunkedWriter(self._stream, CHUNK_SIZE)
+        self._writer = ChunkedWriter(self._stream, 256 * 1024)  # bytes after which a chunk ends without a flush
         try:
             self._writer.start(PROFILE, f"flockwire {version('flockwire')}")
             self._writer.add_metadata(METADATA, metadata)
@@ -152,7 +150,7 @@ class TraceWriter:
     def _number(self, topic: str, publisher: bytes) -> int:
         """Return the number of a publisher that is new to its topic."""
         numbers = self._publishers[topic]
-        if len(numbers) >= MOST_PUBLISHERS:
+        if len(numbers) >= 63:  # publishers of one topic with their own number; all others share one
             publisher = OTHERS
         if publisher not in numbers:
             numbers[publisher] = len(numbers)
@@ -166,15 +164,13 @@ class TraceWriter:
         return TraceFullError(error.errno, f"the trace takes no more: {error.strerror}", str(self._path))
 
 
-FARTHEST = 10 * SECOND  # ns between publication and record: a receiver that was frozen, a clock that is not known yet
-
-
 WAITED = SECOND  # ns between publication and record, of a message that waited in a batch, at most
 
 
 def publication_time(claimed: int, received: int) -> int:
     """Return when a message was published, Unix ns: `claimed` if it is near `received`, else `received`."""
-    return claimed if abs(received - claimed) <= FARTHEST else received
+    # ns between publication and record: a receiver that was frozen, a clock that is not known yet
+    return claimed if abs(received - claimed) <= 10 * SECOND else received
 
 
 def log_time_of(published: int, received: int) -> int:

@@ -28,9 +28,7 @@ from flockwire_tello.sticks import CENTRED, Sticks
 from flockwire_tello.swarm_file import COMMAND_PORT, reached, tello_addresses, tello_keys
 from flockwire_tello.tello_link import TelloLink
 
-FIRST_COMMAND = 3 * SECOND  # ns to learn swarm time after a start in flight: without it no command is obeyed
 JUMP = 0.05  # m/s, rad/s: a command that differs by more is sent at once
-GIVEN_UP = 40 * SECOND  # ns after RETIREMENT at which a drone that is silent in the air counts as lost
 ON_GROUND = (FlightState.GROUNDED, FlightState.STOPPED, FlightState.HELD)
 LIFTED = Reason(
     "ground", "off the ground with stopped motors, held in a hand, or its sensor detects no floor", "put it down"
@@ -125,7 +123,8 @@ class DriverCore:
         t, since = now - self._began, self._down_since
         if self._monitor.state is None or (since is not None and t - since >= SETTLED):
             return True
-        return self._land_at is not None and not self._monitor.heard(t) and t >= self._land_at + GIVEN_UP
+        # ns after RETIREMENT at which a drone that is silent in the air counts as lost
+        return self._land_at is not None and not self._monitor.heard(t) and t >= self._land_at + 40 * SECOND
 
     def report(self, now: int) -> Report:
         """Return the drone's status."""
@@ -156,7 +155,8 @@ class DriverCore:
 
     def _silence(self, t: int) -> float:
         """Return the time since the pilot's last command, s."""
-        since = FIRST_COMMAND if self._commanded is None else self._commanded
+        # ns to learn swarm time after a start in flight: without it no command is obeyed
+        since = 3 * SECOND if self._commanded is None else self._commanded
         return max(0, t - since) / SECOND
 
     def _stale(self, t: int) -> bool:

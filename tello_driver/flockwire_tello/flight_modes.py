@@ -19,14 +19,9 @@ from flockwire_tello.sticks import CENTRED
 RISE = 0.2  # m/s, largest threshold of a climb command for take-off and, near the ground, of a descent for landing
 SHARE = 0.5  # of a slow pilot's climb, which is enough too: 1/sqrt(2) remains if it moves as fast sideways
 MEANT = 3 * SECOND // 10  # ns for which the command must last
-LANDING_HEIGHT = 0.45  # m below which `land` is needed
-NO_TAKEOFF = 3 * SECOND  # ns after `takeoff` without motors: its datagram was lost
-TAKEN_OFF = 6 * SECOND  # ns after `takeoff` at which it flies though the reply was lost
 LAND_AGAIN = SECOND // 2  # ns without a descent after which `land` is repeated
 SETTLING = 2 * SECOND  # ns until a drone on the ground shows that its motors have stopped
-SUNK = 0.05  # m of height loss that is a descent; the height has steps of 0.1
 EMERGENCY_FOR = SECOND  # ns for which `emergency` is sent at every update, for any state
-EMERGENCY_AGAIN = SECOND // 10  # ns between two after that, until the state shows it down
 
 
 class Mode(StrEnum):
@@ -107,7 +102,7 @@ class FlightModes:
     def stop(self, now: int) -> None:
         """Stop the motors permanently."""
         self._client.send("emergency", now)
-        self._emergency_at = now + EMERGENCY_AGAIN
+        self._emergency_at = now + SECOND // 10  # ns between two after that, until the state shows it down
         if self.mode is not Mode.STOPPED:
             self._down = self.mode in (Mode.GROUNDED, Mode.HELD)
             self._go(Mode.STOPPED, now)
@@ -162,14 +157,14 @@ class FlightModes:
                 self._go(Mode.TAKING_OFF, now)
                 self._found, self.refusal = False, None
                 self._client.send("takeoff", now)
-            case Mode.TAKING_OFF if airborne and lasted > TAKEN_OFF:
+            case Mode.TAKING_OFF if airborne and lasted > 6 * SECOND:  # the reply was lost
                 self._go(Mode.FLYING, now)
-            case Mode.TAKING_OFF if not airborne and lasted > NO_TAKEOFF:
+            case Mode.TAKING_OFF if not airborne and lasted > 3 * SECOND:  # its datagram was lost
                 self._go(Mode.GROUNDED, now)
                 self._client.give_up("takeoff", now)
             case Mode.FLYING | Mode.LANDING if self._monitor.down(now):
                 self._go(Mode.GROUNDED, now)
-            case Mode.FLYING if meant and self._monitor.height <= LANDING_HEIGHT:
+            case Mode.FLYING if meant and self._monitor.height <= 0.45:  # m below which `land` is needed
                 self.land(now)
             case Mode.LANDING:
                 self._keep_landing(now)
@@ -185,7 +180,7 @@ class FlightModes:
     def _keep_landing(self, now: int) -> None:
         """Repeat `land` until the state shows a descent, and again if the descent ends above the ground."""
         height, low = self._monitor.height, self._accepted and not self._monitor.off_the_ground
-        if height < self._height - SUNK:
+        if height < self._height - 0.05:  # m of height loss that is a descent; the height has steps of 0.1
             self._height, self._height_at, self._sinks = height, now, True
             self._client.cease("land", now)
         elif now - self._height_at >= (SETTLING if low else LAND_AGAIN):

@@ -8,9 +8,7 @@ from flockwire_core.wire.status import Reason
 from flockwire_tello.state_string import TelloState
 
 SILENT = SECOND  # ns without a state after which its flight is unknown
-OFF_THE_GROUND = 20  # cm: the height is given in steps of 10
 CLEAR_BELOW, FARTHEST_TOF = 30, 800  # cm: from 30 on the time-of-flight sensor shows a distance to the ground
-TILT = 10  # degrees, largest tilt on the ground
 HELD = 3 * SECOND  # ns of states without an advance, some of which may be lost
 MOTORS_STAND = 16 * SECOND // 10  # ns that the motors' time, in whole seconds, does not advance
 
@@ -47,7 +45,8 @@ class FlightMonitor:
     def off_the_ground(self) -> bool:
         """Whether the newest state shows it off the ground."""
         state = self.state
-        return state is not None and (state.h >= OFF_THE_GROUND or CLEAR_BELOW <= state.tof <= FARTHEST_TOF)
+        # cm: the height is given in steps of 10
+        return state is not None and (state.h >= 20 or CLEAR_BELOW <= state.tof <= FARTHEST_TOF)
 
     def airborne(self, now: int) -> bool:
         """Return whether the newest state shows it off the ground, or its motors run."""
@@ -75,7 +74,7 @@ class FlightMonitor:
             return Reason(
                 "IMU", "IMU has no data", "switch it off and on; if that does not help, calibrate it in the maker's app"
             )
-        if (tilt := max(abs(state.pitch), abs(state.roll))) <= TILT:
+        if (tilt := max(abs(state.pitch), abs(state.roll))) <= 10:  # degrees, largest tilt on the ground
             return None
         remedy = "place it level; if that does not help, calibrate it in the maker's app"
         return Reason("IMU", f"IMU shows a tilt of {tilt} degrees", remedy)

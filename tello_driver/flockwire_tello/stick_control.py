@@ -17,9 +17,7 @@ from flockwire_core.domain.vector import ZERO, Vector
 from flockwire_tello.sticks import CENTRED, Sticks, stick_values, to_body
 from flockwire_tello.swarm_file import StickGains
 
-YAW_GAIN = 1.5  # 1/s
 YAW_RATE = 0.6  # rad/s, at most
-YAW_AGE = SECOND // 2  # ns after which the tracked yaw is too old to hold a heading
 
 
 class StickControl:
@@ -57,8 +55,8 @@ class StickControl:
             return self._whole((0.0, 0.0, velocity[2]), 0.0)
         if yaw_rate or self._heading is None:
             self._heading = yaw
-        elif now - self._seen < YAW_AGE:
-            yaw_rate = max(-YAW_RATE, min(YAW_RATE, YAW_GAIN * wrapped(self._heading - yaw)))
+        elif now - self._seen < SECOND // 2:  # ns after which the tracked yaw is too old to hold a heading
+            yaw_rate = max(-YAW_RATE, min(YAW_RATE, 1.5 * wrapped(self._heading - yaw)))  # 1/s
         return self._whole(to_body(velocity, yaw), yaw_rate)
 
     def _whole(self, velocity: Vector, yaw_rate: float) -> Sticks:

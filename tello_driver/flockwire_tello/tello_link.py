@@ -12,9 +12,6 @@ from flockwire_tello.flight_monitor import FlightMonitor
 LINK, FIRMWARE = "link", "firmware"  # codes of reasons
 ENTER = "command"
 QUESTIONS = ("sdk?", "sn?")
-REENTRIES = 2  # interruptions of the state despite replies before another client is suspected
-NO_REPLY = 3 * SECOND // 2  # ns
-AGAIN = SECOND // 2  # ns between two `command`: the state needs time to arrive
 
 
 class TelloLink:
@@ -43,7 +40,8 @@ class TelloLink:
         """Record a command that ended."""
         good = done.outcome is CommandOutcome.DONE
         if done.command == ENTER:
-            self._entering, self._replied, self._again_at = False, good, now + AGAIN
+            # ns between two `command`: the state needs time to arrive
+            self._entering, self._replied, self._again_at = False, good, now + SECOND // 2
             self._refusal = done.reply if done.outcome is CommandOutcome.REFUSED else ""
             if good:
                 self._reentries += self._had_state
@@ -61,10 +59,11 @@ class TelloLink:
             return Reason(LINK, f"{self._where} refuses SDK mode ({self._refusal})", "switch the drone off and on")
         if self._monitor.heard(now):
             taken = Reason(LINK, "its state comes and goes", "another client commands it too: end that client")
-            return taken if self._reentries > REENTRIES else None
+            # interruptions of the state despite replies before another client is suspected
+            return taken if self._reentries > 2 else None
         if self._had_state:
             return Reason(LINK, f"silent for {self._monitor.silence(now) / SECOND:.1f} s", "battery, or out of range")
-        return self._never_heard() if now - (self._begun or now) >= NO_REPLY else None
+        return self._never_heard() if now - (self._begun or now) >= 3 * SECOND // 2 else None  # ns
 
     def _never_heard(self) -> Reason:
         """Return why no state has ever arrived."""

@@ -27,12 +27,11 @@ from flockwire_core.domain.bids import NOBODY, Bid, held_place
 
 TOLERANCE = 0.1  # share of the least sum by which the result may be above it
 LEAST = 0.01  # m^2, smallest step of a price
-MOST_PRICE = 4.0  # highest price, in the largest possible cost, for each place
 
 
 def highest_price(places: int, most_cost: float) -> float:
     """Return the highest price, which honest bidders do not reach, of so many places that cost `most_cost` at most."""
-    return MOST_PRICE * places * most_cost
+    return 4.0 * places * most_cost  # highest price, in the largest possible cost, for each place
 
 
 class Auction:

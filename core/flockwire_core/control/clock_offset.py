@@ -23,8 +23,6 @@ from flockwire_core.domain.time import SECOND
 
 DRIFT = 100e-6  # s per s, largest drift between two clocks: twice that of a quartz
 SLOPES = tuple(DRIFT * k / 8 for k in range(-8, 9))
-WINDOW = 60  # s
-LIKELY = 1_000_000  # ns below the largest room of a line that are as likely
 ENOUGH = 4  # replies before the offset is known
 
 Point = tuple[int, int]  # value and time, ns
@@ -52,7 +50,7 @@ class OffsetEstimator:
         second = t4 // SECOND
         for points, value in ((self._above, t2 - t1), (self._below, t4 - t3)):
             points[second] = min(points.get(second, (value, t4)), (value, t4))
-            while second - next(iter(points)) > WINDOW:
+            while second - next(iter(points)) > 60:  # s
                 del points[next(iter(points))]
         self._replies += 1
         return True
@@ -70,7 +68,8 @@ class OffsetEstimator:
             self._above, self._below, self._replies = {}, {}, 0
             return None
         room, _, _ = max(fitting)
-        likely = [(above, below) for has, above, below in fitting if has >= room - LIKELY]
+        # ns below the largest room of a line that are as likely
+        likely = [(above, below) for has, above, below in fitting if has >= room - 1_000_000]
         offset = round((max(above for above, _ in likely) + min(below for _, below in likely)) / 2)
         highest, lowest = max(line[1] for line in fitting), min(line[2] for line in fitting)
         return Offset(offset, round(max(highest - offset, offset - lowest)))

@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import hypot, inf
-from typing import Final
 
 from flockwire_core.control.barrier import Approach
 from flockwire_core.control.plane_polygon import Corner, clearance, edges, inward_normal, nearest_on_edge
 from flockwire_core.control.safety_filter import HalfSpace
 from flockwire_core.domain.frozen import Frozen
 from flockwire_core.domain.vector import Vector
-
-_COINCIDENT: Final = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +95,6 @@ class Room(Frozen):
         gaps += [(end, nearest_on_edge(end, way)) for end in edge]
         (ax, ay), (bx, by) = min(gaps, key=lambda gap: hypot(gap[1][0] - gap[0][0], gap[1][1] - gap[0][1]))
         distance = hypot(bx - ax, by - ay)
-        if distance <= _COINCIDENT:
+        if distance <= 1e-9:  # m: the way touches it
             return 0.0, inward_normal(self.corners, edge)
         return distance, ((bx - ax) / distance, (by - ay) / distance)

@@ -12,9 +12,6 @@ from flockwire_core.control.trajectory import Trajectory
 from flockwire_core.domain.motion import LeaderMotion
 from flockwire_core.domain.vector import ZERO, Vector
 
-POSITION_TIME_CONSTANT = 0.05  # s, of the tracker of the leader's position
-FORGET = 1.0  # s without a pose after which the track restarts
-
 
 def leader_time_constant(depth: int) -> float:
     """Return the time constant T, s, of the tracker of the leader's velocity for a swarm of `depth` hops.
@@ -41,8 +38,9 @@ class LeaderTrack:
 
     def update(self, position: Vector, stamp: float) -> LeaderMotion:
         """Receive the `position` (m) measured at `stamp` (s); return the motion at `stamp`."""
-        if self._fast is None or self._slow is None or stamp - self._fast.stamp > FORGET:
-            self._fast = VelocityTracker(POSITION_TIME_CONSTANT, position, stamp)
+        # s without a pose after which the track restarts
+        if self._fast is None or self._slow is None or stamp - self._fast.stamp > 1.0:
+            self._fast = VelocityTracker(0.05, position, stamp)  # s, of the tracker of the leader's position
             self._slow = AccelerationTracker(self._time_constant, position, stamp)
         self._fast.update(position, stamp)
         self._slow.update(position, stamp)

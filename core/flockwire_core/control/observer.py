@@ -8,13 +8,10 @@ The extended observer relays the leader's motion from hop to hop, not its last p
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import copysign
-from typing import Final
 
 from flockwire_core.domain.frozen import Frozen
 from flockwire_core.domain.motion import LeaderMotion
 from flockwire_core.domain.vector import Vector
-
-_NEWTON_TOLERANCE: Final = 1e-12
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +99,7 @@ def _approach(eta: float, a: float, reach: float, damping: float, p: float) -> f
     while True:
         slope = s * y ** (p - 1.0)
         lower = (1.0 + (p - 1.0) * slope * y) / (1.0 + p * slope)
-        if not y - lower > _NEWTON_TOLERANCE:
+        if not y - lower > 1e-12:
             return a + copysign(b * lower, e)
         y = lower
 

@@ -5,11 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import pairwise
 from math import hypot
-from typing import Final
 
 Corner = tuple[float, float]
-
-_COINCIDENT: Final = 1e-9
 
 
 def edges(corners: tuple[Corner, ...]) -> Iterator[tuple[Corner, Corner]]:
@@ -46,7 +43,7 @@ def clearance(corners: tuple[Corner, ...], point: Corner) -> tuple[float, Corner
         if away < distance:
             nearest, edge, distance = candidate, each, away
     inside = contains(corners, point)
-    if distance <= _COINCIDENT:
+    if distance <= 1e-9:  # m: it is on the boundary
         return 0.0, inward_normal(corners, edge)
     sign = 1.0 if inside else -1.0
     way = (sign * (point[0] - nearest[0]) / distance, sign * (point[1] - nearest[1]) / distance)

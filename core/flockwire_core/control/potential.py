@@ -2,12 +2,10 @@
 
 from collections.abc import Iterable
 from math import hypot
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 from flockwire_core.domain.body import Body, BodyKind, to_surface
 from flockwire_core.domain.vector import ZERO, Vector, add
-
-_COINCIDENT: Final = 1e-6  # m: closer than this, the direction between two bodies is noise
 
 
 class PotentialParameters(NamedTuple):
@@ -30,7 +28,7 @@ def potential_gradient(separation: Vector, gain: float, influence_radius: float)
     """
     x, y, z = separation
     d = hypot(x, y, z)
-    if not _COINCIDENT < d < influence_radius:
+    if not 1e-6 < d < influence_radius:  # m: closer than this, the direction between two bodies is noise
         return ZERO
     factor = -gain * (1.0 / d - 1.0 / influence_radius) / (d * d * d)
     return (factor * x, factor * y, factor * z)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Final
 
-SETTLED = 0.1  # m, e_0: noise, and the rest of a transient
 CHANGE = 0.25  # s, T: the shortest time of the pace from 1 to 0
 LONGEST_STEP: Final = 0.1  # s: after a longer pause the trajectory has waited
 
@@ -17,7 +16,7 @@ def free_error(speed: float, delay: float, braking: float) -> float:
     It is the lead of a goal that reverses at once: `delay` is tau in s, lag, dead time and the delay of a command;
     `braking` b in m/s^2.
     """
-    return SETTLED + 2.0 * speed * (delay + speed / braking)
+    return 0.1 + 2.0 * speed * (delay + speed / braking)  # m, e_0: noise, and the rest of a transient
 
 
 def falling(value: float, begin: float, width: float) -> float:

@@ -9,8 +9,6 @@ from flockwire_core.compiling import mypyc_attr
 from flockwire_core.domain.record import Record
 from flockwire_core.domain.vector import ZERO, Vector, norm, scale
 
-_CONTACT = 1e-3  # m: a touched body counts as this far away, so that a direction exists
-
 
 class BodyKind(IntEnum):
     """The kind of a nearby body."""
@@ -74,4 +72,5 @@ def to_surface(relative: Vector, radius: float) -> Vector:
     distance = norm(relative)
     if distance == 0.0:
         return relative
-    return scale(relative, max(distance - radius, _CONTACT) / distance)
+    # m: a touched body counts as this far away, so that a direction exists
+    return scale(relative, max(distance - radius, 1e-3) / distance)

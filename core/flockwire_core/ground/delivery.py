@@ -23,9 +23,7 @@ from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.plan import Plan
 
 ANSWER_TIME = 3 * SECOND  # ns for the confirmation of an order
-DOWN_TIME = 5 * SECOND  # ns for a drone's state to show that its motors are off
 STOP_TIME = 2 * SECOND  # ns, shortest repetition of a stop, even if confirmed
-READY_TIME = 5 * SECOND  # ns for all starting drones to be ready
 LOOK_TIME = 3 * SECOND // 2  # ns to observe the swarm before an order that depends on its state
 
 Answered = Callable[[Answer], None]
@@ -118,7 +116,8 @@ class StopDelivery(OrderDelivery):
         received = tuple(uav(i) for i in drones if fleet.received_stop(i))
         unknown = ", ".join(uav(i) for i in drones if fleet.received_stop(i) and not fleet.has_stopped(i))
         missing = tuple(uav(i) for i in drones if not fleet.received_stop(i))
-        if self.answer is None and (not (missing or unknown) or since >= (ANSWER_TIME if missing else DOWN_TIME)):
+        # ns for a drone's state to show that its motors are off
+        if self.answer is None and (not (missing or unknown) or since >= (ANSWER_TIME if missing else 5 * SECOND)):
             late = f"sent, but not confirmed by {', '.join(missing)}" if missing else ""
             turning = f"received by {unknown}, not known to be down yet" if unknown else ""
             self.answer = Answer(received, missing, "; ".join(filter(None, (late, turning))) if turning else "")
@@ -233,7 +232,8 @@ class StartDelivery(ChangeDelivery):
         if director.failure or (order is not None and order.verb in ENDING):
             hover = "; the others stay in the air: `flockwire land` lands them" if fleet.flies else ""
             self.answer = Answer(refusal=director.failure + hover) if director.failure else overtaken(director.ordered)
-        elif director.stage is Stage.PREPARING and since >= LOOK_TIME + READY_TIME:
+        # ns for all starting drones to be ready
+        elif director.stage is Stage.PREPARING and since >= LOOK_TIME + 5 * SECOND:
             why = "; ".join(director.unready(fleet))
             self.answer = Answer(refusal=f"not ready: {why} (`--without ID` flies without a drone)")
         elif director.stage is Stage.FLYING and order is not None:

@@ -16,11 +16,9 @@ from flockwire_core.ground.formation_rehearsal import Rehearsal, Way
 from flockwire_core.swarm.model import Swarm
 
 LEAD_TIME = SECOND  # ns from the order to the change, so that all have received it
-SHORTEST = 1.0  # s, shortest change, unless its duration is given
 LONGEST = 60.0  # s, longest change, unless its duration is given
 GROWTH = 1.06  # factor to the next tried duration, if one is too short
 LEAP = 1.3  # factor for other problems that more time may solve, because formations turn
-MOST_STRETCH = 4.0  # times the shortest duration within the limits, if the safety filter would slow it
 
 
 class ChangeRefusedError(ValueError):
@@ -81,9 +79,10 @@ def _shortest(rehearsal: Rehearsal) -> float:
 
     It is the shortest that the safety filter does not slow or, without one, slows least.
     """
-    duration, reason = SHORTEST, ""
+    duration, reason = 1.0, ""  # s, shortest change, unless its duration is given
     strained: list[tuple[float, float]] = []  # slowing, m/s, of each duration within the limits
-    while duration <= (MOST_STRETCH * strained[0][1] if strained else LONGEST):
+    # times the shortest duration within the limits, if the safety filter would slow it
+    while duration <= (4.0 * strained[0][1] if strained else LONGEST):
         way = rehearsal.way(duration)
         hurried = next(rehearsal.too_fast(way), "")
         elsewhere = "" if hurried else next(_elsewhere(rehearsal, way), "")

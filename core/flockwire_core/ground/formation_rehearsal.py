@@ -26,8 +26,6 @@ from flockwire_core.swarm.wording import beside
 STEP = 0.02  # s
 FENCE_STEPS = 5  # steps between two checks of the fence
 BEYOND = 3  # steps that are checked before and after the change
-FASTER = 1.25  # times the speed of either formation, up to which a change is not too fast for sensing
-CREEP = 0.3  # m/s, approach speed of drones that is always allowed
 
 Array = NDArray[np.float64]
 
@@ -60,7 +58,8 @@ class Rehearsal:
         self._speed = swarm.limits.speed - swarm.leader_speed - disturbance
         flown = max(swarm.survey(each).max_speed for each in (running.formation, name))
         sight = min((guard.fastest for guard in self._guards), default=0.0) - swarm.leader_speed
-        self._sight = max(sight, FASTER * flown)  # m/s, of h'
+        # times the speed of either formation, up to which a change is not too fast for sensing
+        self._sight = max(sight, 1.25 * flown)  # m/s, of h'
         self._lag = np.array([swarm.airframe(i).lag for i in swarm.followers])[None, :, None]
         self._course = swarm.reference.course()
         bodies = (*(swarm.leaders if swarm.reference.has_body else ()), *swarm.followers)
@@ -165,7 +164,7 @@ class Rehearsal:
         rate, braking = min(guard.rate for guard in self._guards), self._swarm.limits.acceleration
         room, knee = np.maximum(way.gaps - self._least, 0.0), braking / rate**2
         allowed = np.where(room <= knee, rate * room, np.sqrt(2.0 * braking * np.maximum(room - 0.5 * knee, 0.0)))
-        allowed = np.maximum(0.5 * allowed, CREEP)
+        allowed = np.maximum(0.5 * allowed, 0.3)  # m/s, approach speed of drones that is always allowed
         times, pairs = np.nonzero(allowed < self._sight + leader)
         one, other = self._ends[pairs].T
         places, rates = self._with_leader(way.offsets), self._with_leader(way.rates)

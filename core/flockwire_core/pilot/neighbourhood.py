@@ -18,10 +18,8 @@ from flockwire_core.swarm.tables import Staleness
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import APART, Status
 
-MOST_HOPS: Final = 255  # largest number in a message
 JUMP: Final = 0.2  # m, of the leader's pose, beyond what the speed allows
 JUMP_TIME: Final = SECOND // 10  # ns between two poses, at most, for which the speed counts
-HELD_BACK: Final = 2 * SECOND // 5  # ns in which its status tells whether a jump is its own
 LEADING_PHASES: Final = IN_FLIGHT - {Phase.LANDING}
 
 
@@ -103,7 +101,8 @@ class Neighbourhood:
 
     def _jumps(self, leader: Neighbour, pose: Pose) -> bool:
         elapsed = pose.stamp - leader.stamp
-        if leader.position is None or not 0 <= elapsed < HELD_BACK:
+        # ns in which its status tells whether a jump is its own
+        if leader.position is None or not 0 <= elapsed < 2 * SECOND // 5:
             return False
         reach = JUMP + 2.0 * self._speed * min(elapsed, JUMP_TIME) / SECOND
         return distance(leader.position, pose.position) > reach
@@ -141,7 +140,7 @@ class Neighbourhood:
             j = estimate.number
             neighbour = self._neighbours[j]
             if neighbour.origin > self.origin:
-                self.origin, self.hops = neighbour.origin, min(neighbour.hops + 1, MOST_HOPS)
+                self.origin, self.hops = neighbour.origin, min(neighbour.hops + 1, 255)  # largest number in a message
                 self.leading = neighbour.leading
             down = down or (neighbour.leading is Leading.IS_DOWN and j in self._closer)
         if down:

@@ -17,7 +17,6 @@ from flockwire_core.wire.status import Reason, Report
 AT_THE_FENCE = Reason("at fence", "held at the fence")
 OFF = "off place"  # the codes of the other reasons; all codes are shown instead of the phase
 NO_PLACE = "no place"
-NEAR = 0.5  # m from a wall within which the fence may hold a drone
 HELD_BACK = 0.02  # m/s towards the wall, desired but not commanded
 HELD_FOR = SECOND  # ns before it is reported
 
@@ -85,7 +84,8 @@ class OffPlace:
 
 def _towards_wall(room: Room, position: Vector, lacking: Vector) -> bool:
     """Return whether `lacking` (m/s) leads towards a near wall."""
+    # m from a wall within which the fence may hold a drone
     return hypot(*lacking) > HELD_BACK and any(
-        gap < NEAR and sum(n * v for n, v in zip(outwards, lacking, strict=True)) > HELD_BACK
+        gap < 0.5 and sum(n * v for n, v in zip(outwards, lacking, strict=True)) > HELD_BACK
         for gap, outwards in room.sides(position)
     )

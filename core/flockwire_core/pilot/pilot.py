@@ -36,12 +36,7 @@ NO_TELEMETRY: Final = Telemetry(0, "", FlightState.GROUNDED, 1.0, 0.0, -1.0)  # 
 AIRBORNE: Final = frozenset({FlightState.FLYING, FlightState.LANDING})
 NO_WAY: Final = Reason(CORNERED, "no velocity within its limits avoids a person", "keep persons away from it")
 DRIVER_LOST = 10.0  # s of silence after which a driver counts as dead
-LONGEST_STEP: Final = 0.1  # s: longer pauses count as this
-PAUSE: Final = SECOND // 4  # ns between two steps after which it was frozen
-LOW: Final = 0.3  # m above the ground, below which it may hold a drone that lands
 LEARNED: Final = {Phase.TAKEOFF: LEVEL, Phase.HOLD: WHOLE, Phase.FORMATION: WHOLE, Phase.LANDING: WHOLE}
-UNCHANGED: Final = 1e-3  # m/s: a command differs less from the law's, but for the limit on its change
-STANDS: Final = 0.1  # m above the ground: a drone that lands and is lower may stand there
 
 
 class Pilot:
@@ -102,8 +97,8 @@ class Pilot:
         `leader_down`: the leader does not lead.
         """
         pause, self._stepped = now - self._stepped, now
-        self.dt = min(pause / SECOND, LONGEST_STEP)
-        if pause > PAUSE:
+        self.dt = min(pause / SECOND, 0.1)  # s: longer pauses count as this
+        if pause > SECOND // 4:  # ns between two steps after which it was frozen
             self._woke = now
         pose, was = self._body.last, self.flight.phase
         values = self._values(now, pause, silence, leader_down, len(missing), bool(failure))
@@ -146,7 +141,8 @@ class Pilot:
         if guards and motion is not None and self.flight.phase is Phase.FORMATION:
             last, change = self._airframe.last_command, self._limits.acceleration * self.dt
             self.commanded += 1
-            self.filtered += distance(velocity, add(last, limit(subtract(wanted, last), change))) > UNCHANGED
+            # m/s: a command differs less from the law's, but for the limit on its change
+            self.filtered += distance(velocity, add(last, limit(subtract(wanted, last), change))) > 1e-3
         self.sent = velocity
         velocity = self._airframe.command(velocity, (now - self.born) / SECOND)
         return [(self._command_key, Command(self.stamp, self._parameters.frame, velocity, 0.0))]
@@ -205,7 +201,8 @@ class Pilot:
         self._down_since = (self._down_since or now) if down else 0
         pose_age = age(pose.stamp, now) if pose is not None else NEVER
         telemetry_age, state = age(telemetry.stamp, now), telemetry.state
-        low = pose is not None and pose.position[2] <= self._parameters.ground + STANDS
+        # m above the ground: a drone that lands and is lower may stand there
+        low = pose is not None and pose.position[2] <= self._parameters.ground + 0.1
         if low and self.flight.phase is Phase.LANDING:
             self._stood += self.dt
         return [
@@ -247,7 +244,8 @@ class Pilot:
         airframe, learned = self._airframe, LEARNED.get(phase)
         if phase not in IN_FLIGHT:
             airframe.reset()
-        elif phase is Phase.LANDING and pose.position[2] < self._parameters.ground + LOW:
+        # m above the ground, below which it may hold a drone that lands
+        elif phase is Phase.LANDING and pose.position[2] < self._parameters.ground + 0.3:
             learned = VERTICAL
         if not obeys(self._telemetry, self._limits.staleness.command_zero):
             learned = None

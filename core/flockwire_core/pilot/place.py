@@ -14,7 +14,6 @@ from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import Reason
 
 HOLDING_GAIN = 1.5  # 1/s, of the position loop
-HIGH: Final = 0.95  # share of the take-off height at which a take-off ends
 
 CROWDED: Final = Reason("no landing place", "finds no free place to land on")
 
@@ -52,7 +51,8 @@ class Place:
     def is_high(self, position: Vector) -> bool:
         """Return whether `position` (m, world frame) is at take-off height above the place."""
         place = self._place
-        return place is not None and position[2] >= place[2] + HIGH * self._parameters.limits.takeoff_height
+        # share of the take-off height at which a take-off ends
+        return place is not None and position[2] >= place[2] + 0.95 * self._parameters.limits.takeoff_height
 
     def velocity(self, phase: Phase, position: Vector, bodies: Sequence[Body]) -> Vector:
         """Return the velocity, m/s, in a flight `phase` other than formation; `bodies` are nearby."""

@@ -24,15 +24,9 @@ from flockwire_core.pilot.phases import IN_FLIGHT
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import APART, Reason
 
-PERIOD: Final = SECOND // 10  # ns between two looks
-LONGEST_GAP: Final = SECOND // 2  # ns between two looks after which the residual starts again
 FREE: Final = frozenset({Phase.HOLD, Phase.FORMATION})  # on the ground, and near it, a drone does not move as commanded
-OBEYS_AFTER: Final = 2 * SECOND  # ns after a take-off: one that takes off by itself obeys after its reply
 OUTLIER: Final = 3 * SECOND // 20  # ns: a tracker that is wrong for longer is wrong
-LASTING: Final = 3  # looks in a row at a body that moves apart
-NOISE: Final = 0.2  # m, of a single pose, and what the stopping point does not know
 TURN, TURN_RATE = 0.5, 6.3  # rad, of a single pose, and rad/s
-AGE: Final = 0.3  # s, of telemetry whose height is compared
 REPEATS: Final = "stands still, bit for bit, though it moved or is commanded to"
 EXAMINE: Final = "examine tracker and airframe before the next start"
 
@@ -112,7 +106,8 @@ class TrackedBody:
         coasts = norm(self._airframe.last_command) * min(elapsed, self._coasting)
         x, y, z = last.position
         jump = distance((x, y, min(z, max(pose.position[2], z - self.sunk))), pose.position)
-        if jump > self.stops + (1.0 + GAIN_ERROR) * coasts + self._wind * elapsed + NOISE:
+        # m, of a single pose, and what the stopping point does not know
+        if jump > self.stops + (1.0 + GAIN_ERROR) * coasts + self._wind * elapsed + 0.2:
             return f"jumped by {jump:.2f} m"
         cosine, angle = turned(last.orientation, pose.orientation), TURN + TURN_RATE * elapsed
         if angle < 3.0 and cosine < cos(0.5 * angle):
@@ -121,11 +116,13 @@ class TrackedBody:
 
     def look(self, motion: Motion | None, telemetry: Telemetry, phase: Phase, now: int) -> None:
         """Compare with the commands at `now` (Unix ns); `motion` is None without a fresh pose."""
-        gap, self._looked, self.due = now - self._looked, now, now + PERIOD
+        gap, self._looked, self.due = now - self._looked, now, now + SECOND // 10  # ns between two looks
         if phase not in IN_FLIGHT:
             self.why, self.drifted = "", False
-        examined = phase in IN_FLIGHT and not self.why and 0 < gap <= LONGEST_GAP
-        if not examined or motion is None or now - telemetry.stamp > AGE * SECOND:
+        # ns between two looks after which the residual starts again
+        examined = phase in IN_FLIGHT and not self.why and 0 < gap <= SECOND // 2
+        # s, of telemetry whose height is compared
+        if not examined or motion is None or now - telemetry.stamp > 0.3 * SECOND:
             self._residual.reset()
             self._residual.forget_heights()
             self._apart = 0
@@ -134,7 +131,8 @@ class TrackedBody:
         behind = abs(self.last.stamp - telemetry.stamp) / SECOND if self.last is not None else 0.0
         if rose := residual.rise(motion, telemetry.height, behind, since):
             why = f"moves by {rose:.1f} m in height, which the airframe does not"
-        if phase not in FREE or not obeys(telemetry, self._zero) or now - self._climbed <= OBEYS_AFTER:
+        # ns after a take-off: one that takes off by itself obeys after its reply
+        if phase not in FREE or not obeys(telemetry, self._zero) or now - self._climbed <= 2 * SECOND:
             residual.reset()
         else:
             residual.update(motion, self._airframe.travelled(since), since)
@@ -143,5 +141,5 @@ class TrackedBody:
             if speed := residual.apart():
                 why = f"moves {speed:.1f} m/s apart from its commands"
         self._apart = self._apart + 1 if why else 0
-        if self._apart >= LASTING:
+        if self._apart >= 3:  # looks in a row at a body that moves apart
             self.why, self.drifted = why, True

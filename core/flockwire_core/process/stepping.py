@@ -19,7 +19,6 @@ from flockwire_core.wire.keys import Key, key_text
 from flockwire_core.wire.status import Counts, Report, Status
 
 STATUS_PERIOD: Final = SECOND // 10
-WATCHDOG_PERIODS: Final = 2  # of a core with triggers, between two ticks
 WATCHDOG_TICKS: Final = 2  # without a trigger, after which such a core steps at one; one more with slow triggers
 
 Publish = Callable[[Iterable[tuple[Key, Message]]], None]
@@ -131,7 +130,7 @@ def prompt_keys(core: Core) -> frozenset[Key]:
 
 def tick_period(core: Core) -> float:
     """Return the period of a core's ticker, s: its own or, with triggers, that of the watchdog."""
-    return WATCHDOG_PERIODS * core.period if core.triggers else core.period
+    return 2 * core.period if core.triggers else core.period  # of a core with triggers, between two ticks
 
 
 class Stepper:

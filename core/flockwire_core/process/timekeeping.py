@@ -20,8 +20,6 @@ FIRST, FASTEST = 200, SECOND // 20  # number of first requests, and ns between t
 FAST, SLOW = SECOND // 10, SECOND  # ns between two later ones: while the bound is above GOOD, and after
 GOOD = 1_000_000  # ns
 FAIR, MANY = 5_000_000, 16  # bound, ns, of the first estimate, or else its number of replies
-OUTSTANDING = 64  # pending requests: 3 s of them at first
-STEP = 50_000_000  # ns beyond the bound from which an offset is corrected at once
 SLEW = 0.002  # s per s of slow correction: 2 mm/s at 1 m/s
 DEADBAND = 100_000  # ns
 UNKNOWN = -1.0
@@ -80,7 +78,7 @@ class CorrectedClock(Timekeeping):
         self._estimator = OffsetEstimator()
         self._offset: Offset | None = None
         self._correction, self._corrected = 0, False
-        self._asked: deque[int] = deque(maxlen=OUTSTANDING)
+        self._asked: deque[int] = deque(maxlen=64)  # pending requests: 3 s of them at first
         self._replies = 0
         self._stepped_by: Callable[[int], None] = lambda _: None
         self._sent = self._next = self._estimated = self._stepped = 0
@@ -136,7 +134,8 @@ class CorrectedClock(Timekeeping):
         if self._offset is None:
             return
         error = self._offset.offset - self._correction
-        if abs(error) > (STEP + self._offset.bound if self._corrected else DEADBAND):
+        # ns beyond the bound from which an offset is corrected at once
+        if abs(error) > (50_000_000 + self._offset.bound if self._corrected else DEADBAND):
             self._correct_by(error)
             self._stepped_by(error)
         elif abs(error) > DEADBAND:

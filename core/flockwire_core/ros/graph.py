@@ -18,7 +18,6 @@ from flockwire_core.ros.type_hash import type_hash
 
 TOKENS = "@ros2_lv"
 NODE, NODE_PARTS, END_PARTS = "NN", 9, 13  # of a token: the kind of a node, parts of a node's and of an end's
-LONGEST_TOKEN = 1024  # characters of one that is read: names of ROS have at most 256 each
 _DOMAIN = re.compile("[0-9]{1,3}")
 _TOKEN = re.compile(r"[\w@/%:,.~-]+", re.ASCII)  # what names, types and qualities of service have
 LATCHED_DEPTH = 1
@@ -120,7 +119,8 @@ def read_end(token: str) -> End | None:
 
     Its names are safe to show: whoever reaches the router can have published it.
     """
-    if len(token) > LONGEST_TOKEN or not _TOKEN.fullmatch(token):
+    # characters of one that is read: names of ROS have at most 256 each
+    if len(token) > 1024 or not _TOKEN.fullmatch(token):
         return None
     parts = token.split("/")
     if len(parts) not in (END_PARTS, END_PARTS + 1) or parts[0] != TOKENS:  # Lyrical may append its kinds of buffer

@@ -14,7 +14,6 @@ OK, WARN, ERROR, STALE = 0, 1, 2, 3  # levels of a diagnostic status
 UNKNOWN: Final = float("nan")
 DISCHARGING, LITHIUM_POLYMER = 2, 3  # sensor_msgs/BatteryState
 UNKNOWN_COVARIANCE: Final = (0.0,) * 36  # by the message's convention
-_LARGEST_EMPTY = 8  # bytes of a message without fields: the header, one byte, and padding
 
 
 class Transform(NamedTuple):
@@ -121,7 +120,8 @@ def trigger_response(success: bool, message: str) -> bytes:
 
 def check_empty(data: bytes) -> None:
     """Check a message without fields, as the request of a std_srvs/Trigger is; raises MessageError."""
-    if data[:4] != HEADER or len(data) > _LARGEST_EMPTY or any(data[4:]):
+    # bytes of a message without fields: the header, one byte, and padding
+    if data[:4] != HEADER or len(data) > 8 or any(data[4:]):
         raise MessageError(f"{len(data)} bytes are not an empty message")
 
 

@@ -12,12 +12,10 @@ from flockwire_core.wire.plan import OPERATORS, Plan
 BURST = 16  # messages of one step in the queue before the next is dropped; 16 is the maximum
 LARGEST_MESSAGE = 65536  # bytes
 SPARE_SESSIONS = 512  # besides one for each link: a holder of one drone's certificate must not exhaust them easily
-ACCEPTING = 1000  # pending connections
 ACCEPT_TIME = {"tls": 1000, "quic": 4000}  # ms for each; a radio link loses some of its packets
 # ms. For each TLS handshake that fails or takes too long Zenoh stops accepting for 0.1 s, which cannot be configured:
 # a thousand silent connections that time out would keep an operator out for minutes. So they stay, for a descriptor.
 HANDSHAKE_TIME = 3_600_000
-ROUTER_PATIENCE = 500  # ms for one attempt to reach the router
 # Threads of Zenoh's runtime.
 ONE_THREAD = (
     "(rx: (handover: app), acc: (handover: app), net: (handover: app), tx: (handover: app), "
@@ -68,7 +66,7 @@ def _configuration(
         "listen": {"endpoints": [_bounded(plan.locator(plan.bound(endpoint))) for endpoint in listening]},
         "connect": {
             "endpoints": [plan.locator(endpoint) for endpoint in dialled],
-            "timeout_ms": ROUTER_PATIENCE if mode == "client" else -1,
+            "timeout_ms": 500 if mode == "client" else -1,  # ms for one attempt to reach the router
             "exit_on_failure": mode == "client",
             "retry": RETRY,
         },
@@ -78,7 +76,7 @@ def _configuration(
             "link": link,
             "unicast": {
                 "max_sessions": len(plan.links[identity]) + SPARE_SESSIONS,
-                "accept_pending": ACCEPTING,
+                "accept_pending": 1000,  # pending connections
                 "accept_timeout": ACCEPT_TIME[plan.swarm.network.link],
             },
             "shared_memory": {"enabled": False},

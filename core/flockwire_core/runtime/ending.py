@@ -20,7 +20,6 @@ from flockwire_core.wire.plan import Plan
 LIFELINE = "FLOCKWIRE_LIFELINE"  # file descriptor whose end means that the parent is gone
 LAST_RESORT = 1.8  # s for closing the session
 UNDONE = 70  # exit status of a process with unfinished work
-LAST_WORDS = 0.2  # s for another thread to write why it did not close
 POLL = 0.05  # s between two checks whether a process may end
 
 
@@ -97,7 +96,7 @@ def last_resort(identity: str, done: bool) -> None:
             f"the session did not close in {LAST_RESORT} s: its peers have vanished; the process ends, "
             f"its work is {'' if done else 'not '}done"
         )
-        threading.Event().wait(LAST_WORDS)
+        threading.Event().wait(0.2)  # s for another thread to write why it did not close
         os._exit(0 if done else UNDONE)
 
     timer = threading.Timer(LAST_RESORT, give_up)

@@ -22,7 +22,6 @@ from typing import Final
 from flockwire_core.domain.time import SECOND
 
 SHUT = 10 * SECOND  # ns for which an address stays shut out
-MOST_SHUT = 200  # addresses; the jumps of a filter reach 255 steps
 _DESCRIPTORS = Path("/proc/self/fd")
 _SOCK_DIAG, _BY_FAMILY, _DUMP = 4, 20, 0x301  # of netlink
 _STATES = 1 << 1 | 1 << 8  # established, or left by the other end
@@ -76,7 +75,7 @@ class Gate:
         shut |= dict.fromkeys(suspects & (self._suspects | shut.keys()), now + SHUT)
         self._suspects = suspects
         if shut.keys() != self.shut.keys():
-            _filter(listener, list(shut)[-MOST_SHUT:])
+            _filter(listener, list(shut)[-200:])  # addresses; the jumps of a filter reach 255 steps
         self.shut = shut
 
 

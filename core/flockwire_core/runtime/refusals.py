@@ -20,8 +20,6 @@ from flockwire_core.swarm.wording import printable
 _COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 _REFUSAL = re.compile(r"WARN .*zenoh_link_tls::\w+: (?P<reason>.*)")
 _NOISE = re.compile(r"(: verification time| Hint:).*")  # differs from one refusal to the next, or misleads
-LONGEST_LINE = 4096
-MOST_REASONS = 32
 LOG_VARIABLE = "RUST_LOG"  # of Rust's programs: a user's filter for them must not hide refusals
 LOG_FILTER = "zenoh_link_tls=warn"
 
@@ -52,7 +50,7 @@ class Refusals:
 
     def _readable(self, read_end: int) -> None:
         *lines, rest = (self._rest + os.read(read_end, 65536)).split(b"\n")
-        self._rest = rest[-LONGEST_LINE:]
+        self._rest = rest[-4096:]  # of a line without end
         for line in lines:
             self.take(line.decode(errors="replace"))
 
@@ -64,7 +62,7 @@ class Refusals:
             print(printable(plain), file=sys.stderr)
             return
         reason = _NOISE.sub("", refusal["reason"]).rstrip(".")
-        if reason not in self.reasons and len(self.reasons) >= MOST_REASONS:
+        if reason not in self.reasons and len(self.reasons) >= 32:  # named reasons
             reason = "other reasons"
         self.reasons[reason] += 1
         if self.reasons[reason] == 1:

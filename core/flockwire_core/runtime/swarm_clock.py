@@ -13,7 +13,6 @@ from flockwire_core.runtime.session import Session
 from flockwire_core.runtime.subscriptions import Prompt, Wakeup
 from flockwire_core.wire.plan import Plan
 
-POLL = 0.02  # s between two checks for swarm time
 LONG = 1.0  # s
 
 
@@ -49,7 +48,7 @@ class SwarmClock:
         while not (self.known() or ended.is_set() or clock.monotonic() - began >= seconds * SECOND):
             if clock.monotonic() - began > LONG * SECOND:
                 idle()
-            await asyncio.sleep(POLL)
+            await asyncio.sleep(0.02)  # s between two checks for swarm time
             self.step()
 
     def known(self) -> bool:

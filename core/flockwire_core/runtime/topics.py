@@ -15,7 +15,6 @@ from flockwire_core.wire.keys import BATCH, ROWS, Key
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.schemas import ROS_TYPES
 
-CAPACITY = 2048  # samples of one key that are buffered between two reads, at most
 BATCHES = 64  # of one process that are buffered between two reads, at most
 
 Sample = tuple[int, str, bytes, int, bytes]  # source time (Unix ns), topic, publisher, sequence, payload (CDR)
@@ -24,11 +23,12 @@ Sample = tuple[int, str, bytes, int, bytes]  # source time (Unix ns), topic, pub
 class Topic:
     """One key: its ROS 2 topic `name`, the `ros_type` of its messages, and its samples.
 
-    Samples over the quota, with an unknown attachment, or of another key are counted and dropped, and so are those that
+    At most `capacity` samples are buffered between two reads. Samples over the quota, with an unknown attachment, or of
+    another key are counted and dropped, and so are those that
     found the buffer full.
     """
 
-    def __init__(self, plan: Plan, key: Key, session: Session, capacity: int = CAPACITY) -> None:
+    def __init__(self, plan: Plan, key: Key, session: Session, capacity: int = 2048) -> None:
         self._checked = _Checked(plan, key)
         self.name, self.ros_type = self._checked.name, ROS_TYPES[ROWS[key.kind].message]
         self._capacity = min(capacity, BURST * plan.rate(key))

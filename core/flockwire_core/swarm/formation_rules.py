@@ -13,8 +13,6 @@ from flockwire_core.swarm.rules import Rule
 from flockwire_core.swarm.validation import Problem
 from flockwire_core.swarm.wording import beside
 
-UNDEFINED_STEP = 0.1  # s between the times at which expressions must have values
-
 
 def _formations(swarm: Swarm) -> Iterator[Problem]:
     """Yield formations that cannot be flown: no values, speed, fence, spacing."""
@@ -58,7 +56,8 @@ def conflicts(swarm: Swarm, key: str, shape: Survey) -> Iterator[Problem]:
 
 def _undefined(swarm: Swarm, key: str, table: ExpressionFormation) -> Problem | None:
     """Return the first expression without a finite value."""
-    found = table.undefined(len(swarm.followers), SURVEY_HORIZON, UNDEFINED_STEP)
+    # s between the times at which expressions must have values
+    found = table.undefined(len(swarm.followers), SURVEY_HORIZON, 0.1)
     if found is None:
         return None
     axis, rank, t = found

@@ -29,14 +29,13 @@ UpAxis = Literal["y", "z"]
 Unit = Literal["m", "mm"]
 Noise = Annotated[float, Field(ge=0, le=0.5, allow_inf_nan=False)]  # m; more is millimetres
 OLDEST, NEWEST = "3.0", "4.5"  # versions of NatNet
-UNIT_TOLERANCE = 0.01  # of a quaternion's length: rounding by a person
 
 
 Quaternion = tuple[Finite, Finite, Finite, Finite]
 
 
 def _is_unit(q: Quaternion) -> bool:
-    return abs(hypot(*q) - 1.0) <= UNIT_TOLERANCE
+    return abs(hypot(*q) - 1.0) <= 0.01  # of a quaternion's length: rounding by a person
 
 
 def _normalise(q: Quaternion) -> Quaternion:

@@ -45,9 +45,7 @@ from flockwire_core.swarm.tables import (
 )
 
 SURVEY_HORIZON = 120.0  # s of every formation that are sampled, or its length
-SURVEY_STEP = 0.3  # s, in up to MOST_SAMPLES steps
 MOST_SAMPLES = 4000
-MOST_DRONES = 1000
 DEFAULT_FORMATION = "default"  # of [formations]: the first one where the file has no [formation]
 
 
@@ -71,7 +69,7 @@ class Swarm(Model):
     leaders: Items[Annotated[int, Field(ge=0)]] = key((0,), "ids of the leaders; `[]`: none, the law needs none")
     leader: LeaderTable = key(LeaderTable(), "the leaders and their paths")
     graph: GraphTable = key(..., "who receives from whom")
-    drones: Items[Drone] = key(..., "every drone", max_length=MOST_DRONES)
+    drones: Items[Drone] = key(..., "every drone", max_length=1000)
     airframes: dict[str, Airframe] = key(BUILT_IN_AIRFRAMES, "responses of airframes")
     wind: Wind = key(Wind(), "wind of simulated airframes")
     obstacles: Items[Obstacle] = key((), "fixed obstacles")
@@ -288,7 +286,9 @@ class Swarm(Model):
         horizon = max(SURVEY_HORIZON, duration, formation.end if isinstance(formation, KeyFrames) else 0.0)
         if (name, horizon) not in self._surveys:
             self._surveys[name, horizon] = survey(
-                formation, horizon, 1 + min(ceil(horizon / SURVEY_STEP), MOST_SAMPLES)
+                formation,
+                horizon,
+                1 + min(ceil(horizon / 0.3), MOST_SAMPLES),  # s, a step
             )
         return self._surveys[name, horizon]
 

@@ -9,7 +9,6 @@ from pydantic import Field
 
 from flockwire_core.swarm.tables import Form, Items, Model, key
 
-HIGHEST_DOMAIN = 232
 LOWEST_PORT, HIGHEST_PORT = 1, 65535
 _ADDRESS = re.compile(r"(?:\[(?P<v6>[0-9A-Fa-f:.]+)\]|(?P<host>[A-Za-z0-9.-]+)):(?P<port>[0-9]{1,5})")
 is_absolute = re.compile(r"(/[A-Za-z_]\w*)+").fullmatch
@@ -26,7 +25,7 @@ AbsoluteName = Annotated[
 Namespace = Annotated[str, Form("an absolute ROS name or /", re.compile(r"/|(/[A-Za-z_]\w*)+").fullmatch)]
 Prefix = Annotated[str, Form("letters, digits, _ and / between them", re.compile(r"(\w+/)*\w*").fullmatch)]
 RouterAddress = Annotated[str, Form("ADDRESS:PORT, as 127.0.0.1:7447 (IPv6: [IP]:PORT)", _is_address)]
-Domain = Annotated[int, Field(ge=0, le=HIGHEST_DOMAIN)]
+Domain = Annotated[int, Field(ge=0, le=232)]  # the highest whose ports exist
 
 
 class Ros(Model):

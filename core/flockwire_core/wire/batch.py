@@ -16,7 +16,6 @@ PERIOD: Final = SECOND // 10  # ns from a batch's first message until it is sent
 FULL: Final = 32768  # bytes from which a batch is sent at once
 MOST: Final = 256  # messages of a batch; it is sent at once when it has so many
 LARGEST: Final = 65000  # bytes: a full batch and the largest message
-_OVERHEAD: Final = 40  # bytes of an entry besides its key and payload, at most
 
 
 class Entry(NamedTuple):
@@ -47,7 +46,7 @@ class BatchBuilder:
     def add(self, entry: Entry) -> bool:
         """Add a message; return whether the batch is full."""
         self._entries.append(entry)
-        self._size += _OVERHEAD + len(entry.key) + len(entry.payload)
+        self._size += 40 + len(entry.key) + len(entry.payload)  # bytes of an entry besides its key and payload, at most
         return self._size >= FULL or len(self._entries) >= MOST
 
     def is_due(self, now: int) -> bool:

@@ -40,7 +40,6 @@ class Message(Protocol):
 
 
 M = TypeVar("M", bound=Message)
-SMALLEST_BODY: Final = 57  # least bytes of a nearby body
 
 _KINDS: Final[dict[int, BodyKind]] = {int(kind): kind for kind in BodyKind}
 _LEADING: Final[dict[int, Leading]] = {int(state): state for state in Leading}
@@ -119,7 +118,7 @@ def _encode_nearby(nearby: Nearby) -> bytes:
 def _decode_nearby(data: bytes) -> Nearby:
     reader = Reader(data)
     stamp, frame, count = reader.time(), reader.text(), reader.length()
-    if count * SMALLEST_BODY > reader.left:
+    if count * 57 > reader.left:  # least bytes of a nearby body
         raise MessageError(f"{count} nearby bodies in {reader.left} bytes")
     nearby = Nearby(stamp, frame, tuple([_read_body(reader) for _ in range(count)]))
     reader.end()

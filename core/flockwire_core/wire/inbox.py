@@ -19,7 +19,6 @@ CANARY: Final = b"flockwire canary"  # published by the conformance probe instea
 MISDIRECTED: Final = "of another key"  # reason for a message that was published on another key
 OVER_QUOTA: Final = "over quota"  # reason for a message that is too large, or one too many
 MOST_MISSED: Final = 1_000_000  # a larger gap is forged, and must not overflow a counter
-MOST_PUBLISHERS: Final = 64  # publishers of a key whose last sequence numbers are kept
 BURST: Final = 4  # s of its quota that a key may use at once, as after a receiver was frozen
 
 
@@ -150,7 +149,7 @@ class Inbox:
         if not same:
             self._sequences[self._publisher] = self._sequence
             self._publisher = publisher
-            if len(self._sequences) > MOST_PUBLISHERS:
+            if len(self._sequences) > 64:  # publishers of a key whose last sequence numbers are kept
                 del self._sequences[next(iter(self._sequences))]
         self._sequence = sequence
         return message

@@ -22,7 +22,6 @@ from flockwire_core.wire.status import (
     Status,
 )
 
-NO_PLACE: Final = -1
 NO_MISSION: Final = Mission(0, "", "")
 
 
@@ -55,7 +54,7 @@ def write_status(writer: Writer, status: Status) -> None:
     writer.double(report.order_age)
     texts = tuple([_shorten(text) for reason in report.reasons[:MOST_REASONS] for text in reason])
     writer.texts(texts, len(Reason._fields))
-    writer.put_all("i", NO_PLACE if report.place is None else report.place)
+    writer.put_all("i", -1 if report.place is None else report.place)
     writer.text(_shorten(report.code))
 
 

@@ -15,8 +15,6 @@ from flockwire_mocap.natnet.session import SILENCE, NatNetSession
 from flockwire_mocap.tracking import TrackerFrame
 
 BUFFER = 1 << 20  # bytes of the socket's queue: a second of frames and more
-LONGEST = 65535  # bytes of a datagram
-MOST = 512  # datagrams that are read in a row before other tasks run
 
 
 def command_socket(local: str) -> socket.socket:
@@ -47,17 +45,15 @@ def multicast_socket(group: tuple[str, int], local: str) -> socket.socket:
 
 def waiting(sock: socket.socket) -> Iterator[tuple[bytes, str]]:
     """Yield the datagrams that have arrived, each with the address that it came from."""
-    for _ in range(MOST):
+    for _ in range(512):  # datagrams that are read in a row before other tasks run
         try:
-            data, sender = sock.recvfrom(LONGEST)
+            data, sender = sock.recvfrom(65535)  # bytes of a datagram
         except BlockingIOError:
             return
         except OSError:  # the server's host has refused a datagram (ICMP): it is not there yet
             continue
         yield data, sender[0]
 
-
-TICK = 0.1  # s between two checks for datagrams to send
 
 Deliver = Callable[[TrackerFrame, int], None]
 
@@ -127,7 +123,7 @@ class NatNetClient:
                 with contextlib.suppress(OSError):  # no route, or refused: reported as silence
                     self._sockets[0].sendto(request, server)
             self._keep_joined(clock.now())
-            await asyncio.sleep(TICK)
+            await asyncio.sleep(0.1)  # s between two checks for datagrams to send
 
     def _keep_joined(self, now: int) -> None:
         session, info, group = self._session, self._session.info, self._group or self._joined

@@ -29,7 +29,6 @@ from flockwire_mocap.natnet.packets import (
 from flockwire_mocap.tracking import ReportedBody
 
 END = bytes(4)
-RIGID_BODIES = 2  # of the mask of types: 1 << their type
 
 
 def encode(kind: Kind, body: bytes = b"") -> bytes:
@@ -55,7 +54,7 @@ def encode_model_request(masked: bool) -> bytes:
 
     The vendor's sample sends no mask; a Motive 3.1 is reported to answer only requests that have one.
     """
-    return encode(Kind.REQUEST_MODEL, pack("<I", RIGID_BODIES) if masked else b"")
+    return encode(Kind.REQUEST_MODEL, pack("<I", 2) if masked else b"")  # of the mask of types: 1 << their type
 
 
 def encode_server_info(info: ServerInfo) -> bytes:

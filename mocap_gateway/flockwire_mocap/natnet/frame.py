@@ -24,7 +24,6 @@ from flockwire_mocap.natnet.reader import MalformedError, PacketReader
 from flockwire_mocap.tracking import ReportedBody
 
 MARKER, LABELLED_MARKER = 12, 26  # bytes of x y z; of id, x y z, size, parameters, residual
-SECTION = 8  # bytes of a section's count and size
 _IDENTITY = Struct("<i")
 
 
@@ -42,7 +41,8 @@ def _counted_sections(reader: PacketReader) -> tuple[ReportedBody, ...]:
     bodies = _counted_bodies(*reader.section())
     for _ in ("skeletons", "assets", "labelled markers", "force plates", "devices"):
         reader.section()
-    while reader.remaining >= PRECISE_SUFFIX.size + SECTION:  # IMU, GPIO, and possible later sections
+    # bytes of a section's count and size
+    while reader.remaining >= PRECISE_SUFFIX.size + 8:  # IMU, GPIO, and possible later sections
         reader.section()
     return bodies
 

@@ -15,7 +15,6 @@ from flockwire_mocap.natnet.reader import MalformedError, PacketReader
 RIGID_BODY_TYPE = 1
 _SIZE = Struct("<I")
 _POSITION, _TURN = 12, 16  # bytes of an offset x y z and of a quaternion
-_PLATE = 4 * (2 + 3 + 144 + 12 + 2)  # width, length, origin, 12 x 12 calibration, 4 corners, type, type of data
 _CAMERA = _POSITION + _TURN
 
 
@@ -80,7 +79,7 @@ def _skip_skeleton(reader: PacketReader, version: Version) -> None:
 def _skip_force_plate(reader: PacketReader, version: Version) -> None:
     reader.integer()
     reader.text()
-    reader.skip(_PLATE)
+    reader.skip(4 * (2 + 3 + 144 + 12 + 2))  # width, length, origin, 12 x 12 calibration, 4 corners, type, type of data
     _skip_texts(reader, reader.count(1))
 
 

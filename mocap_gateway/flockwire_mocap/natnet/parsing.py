@@ -24,8 +24,6 @@ from flockwire_mocap.natnet.packets import (
 )
 from flockwire_mocap.natnet.reader import MalformedError, PacketReader
 
-LONGEST_TEXT = 4096  # bytes of a response
-
 
 def parse(datagram: bytes, version: Version | None) -> Packet:
     """Return a server's packet; frames and models need the `version` of the stream, None if not known."""
@@ -94,6 +92,6 @@ def _read_response(body: PacketReader) -> Response:
 
 def _loose_text(body: PacketReader) -> str:
     """Read text that may end with its NUL or with the packet."""
-    if body.remaining > LONGEST_TEXT:
+    if body.remaining > 4096:  # bytes of a response
         raise MalformedError(f"a text of {body.remaining} bytes")
     return body.remainder().partition(b"\0")[0].decode(errors="replace")

@@ -30,9 +30,7 @@ from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose
 
 PERIOD = SECOND  # ns between two keep-alives, and between two attempts at anything else
 SILENCE = 3 * SECOND  # ns without a packet after which the greeting is repeated
-ANSWERED = SILENCE + 2 * PERIOD  # ns for which an answer to the greeting shows that the server is there
 MODEL_PAUSE = 4 * SECOND  # ns more between two model definitions; some servers mark every frame as changed
-MODEL_ATTEMPTS = 3  # requests are limited: a server that does not answer may stop streaming
 
 
 @dataclass(slots=True)
@@ -107,7 +105,8 @@ class NatNetSession:
         adjustable = can_adjust(self.info.version, self.table.multicast)
         if asked is not None and not self.adjusted and adjustable and self._bitstream.make(now):
             due.append(encode_command("Bitstream,{}.{}".format(*asked)))
-        if self._model.made < MODEL_ATTEMPTS and self._model.make(now):
+        # requests are limited: a server that does not answer may stop streaming
+        if self._model.made < 3 and self._model.make(now):
             due.append(encode_model_request(masked=self._model.made % 2 == 0))
         return due
 
@@ -127,7 +126,8 @@ class NatNetSession:
 
     def answers(self, now: int) -> bool:
         """Return whether the server has answered a greeting lately, and streamed nothing since."""
-        return self.answered_at >= self.framed_at and now - self.answered_at <= ANSWERED
+        # ns for which an answer to the greeting shows that the server is there
+        return self.answered_at >= self.framed_at and now - self.answered_at <= SILENCE + 2 * PERIOD
 
     def silent(self, now: int) -> bool:
         """Return whether nothing has come from the server lately, though it was greeted again."""

@@ -7,8 +7,6 @@ from math import asin, atan2, degrees, hypot
 
 from flockwire_core.domain.quaternion import Quaternion, rotate
 
-_UPRIGHT = 1e-6  # below this cosine of b, a and c cannot be distinguished
-
 
 def to_columns(q: Quaternion) -> tuple[float, ...]:
     """Return the matrix of the unit quaternion `q`: the rotated axes, column by column."""
@@ -22,7 +20,7 @@ def to_angles(columns: Sequence[float]) -> tuple[float, float, float]:
     """
     ux, _, _, vx, vy, vz, wx, wy, wz = columns
     b = degrees(asin(max(-1.0, min(1.0, wx))))
-    if hypot(wy, wz) < _UPRIGHT:
+    if hypot(wy, wz) < 1e-6:  # below this cosine of b, a and c cannot be distinguished
         return degrees(atan2(vz, vy)), b, 0.0
     return degrees(atan2(-wy, wz)), b, degrees(atan2(-vx, ux))
 

@@ -18,8 +18,6 @@ from flockwire_core.wire.processes import GATEWAY
 
 from flockwire_mocap.ros.source import RosSource
 
-LOOK = 1.0  # s between two looks at the graph
-
 
 class RosClient:
     """Receives the topics of `source`; calls `drained` after each message."""
@@ -62,7 +60,7 @@ class RosClient:
             while not self._ended.is_set():
                 self._look(node, seen)
                 with contextlib.suppress(TimeoutError):
-                    await asyncio.wait_for(self._ended.wait(), LOOK)
+                    await asyncio.wait_for(self._ended.wait(), 1.0)  # s between two looks at the graph
 
     def _arrived(self, ros_type: str, inputs: list[RosInput]) -> None:
         if self._ended.is_set():

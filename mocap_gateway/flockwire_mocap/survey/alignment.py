@@ -10,9 +10,6 @@ from flockwire_core.domain.quaternion import Quaternion
 from flockwire_core.domain.vector import Vector
 from scipy.spatial.transform import Rotation
 
-BAD_RESIDUAL = 0.05  # m: a body that is so far beside its place is not where it should be, or is another one
-COLLINEAR = 0.02  # m: places nearer to a line do not determine the rotation about it
-
 
 class AlignmentError(ValueError):
     """Places that do not determine a rotation; the text says what is missing."""
@@ -28,7 +25,8 @@ class Alignment(NamedTuple):
     @property
     def doubtful(self) -> bool:
         """Whether a body is at a wrong place, or two are exchanged."""
-        return max(self.residuals) > BAD_RESIDUAL
+        # m: a body that is so far beside its place is not where it should be, or is another one
+        return max(self.residuals) > 0.05
 
     def table(self) -> Iterator[str]:
         """Yield the lines of the swarm file's table [gateway]."""
@@ -57,7 +55,7 @@ def align(measured: Sequence[Vector], known: Sequence[Vector]) -> Alignment:
     if len(measured) < 3:
         raise AlignmentError(f"{len(measured)} bodies: at least three on known places are needed")
     p, q = np.asarray(measured, float), np.asarray(known, float)
-    if min(_width(p), _width(q)) < COLLINEAR:
+    if min(_width(p), _width(q)) < 0.02:  # m: places nearer to a line do not determine the rotation about it
         raise AlignmentError("the bodies are on a line: move one of them aside")
     centre, target = p.mean(axis=0), q.mean(axis=0)
     turn, _ = Rotation.align_vectors(q - target, p - centre)

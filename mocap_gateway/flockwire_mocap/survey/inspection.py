@@ -14,8 +14,6 @@ from flockwire_mocap.claim import owner
 from flockwire_mocap.survey.conventions import other_conventions
 from flockwire_mocap.tracking import NO_FRAMES, TrackerFrame
 
-STILL = 0.02  # m, standard deviation of the position of a body that stands still
-
 
 class BodyFigures(NamedTuple):
     """The measured figures of one body.
@@ -108,7 +106,7 @@ class Inspection:
         if row.drone not in self._swarm.flying:
             return []
         beside = dist(row.position, start)
-        if row.motion > STILL:
+        if row.motion > 0.02:  # m, standard deviation of the position of a body that stands still
             return [f"{who} moves by {row.motion:.2f} m: put it down, or it belongs to another drone"]
         if beside > self._swarm.limits.start_tolerance:
             x, y, z = row.position

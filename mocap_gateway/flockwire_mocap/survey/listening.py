@@ -16,8 +16,6 @@ from flockwire_mocap.process import feed
 from flockwire_mocap.survey.inspection import Inspection
 from flockwire_mocap.tracking import SourceState
 
-NAMES = 1.2  # s before the first frame counts: connections and names come first
-
 
 async def listen(plan: Plan, seconds: float) -> tuple[Inspection, SourceState]:
     """Return the frames of `seconds`, and the state of the connection; raises OSError if the source cannot be opened.
@@ -26,7 +24,7 @@ async def listen(plan: Plan, seconds: float) -> tuple[Inspection, SourceState]:
     """
     core = make_core(Start(plan, GATEWAY.kind, clock.now(), Random(0)))  # noqa: S311
     source, inspection = core.source, Inspection(plan.swarm)
-    begin = clock.monotonic() + round(NAMES * SECOND)
+    begin = clock.monotonic() + round(1.2 * SECOND)  # s before the first frame counts: connections and names come first
 
     def drained() -> None:
         now = clock.now()

@@ -15,7 +15,6 @@ from flockwire_mocap.vicon.source import ViconSource
 
 FRAME_TIMEOUT = 2.5  # s without a frame after which the child is killed and restarted
 CHILD = "flockwire_mocap.vicon.child"
-LONGEST_LINE = 1 << 20  # bytes: a frame of MOST_BODIES with long names is a quarter of that
 
 
 class ViconClient(PersistentConnection[ViconSource]):
@@ -34,7 +33,8 @@ class ViconClient(PersistentConnection[ViconSource]):
 
     async def connected(self) -> str:
         """Run a child until it ends or hangs; returns the reason."""
-        child = await asyncio.create_subprocess_exec(*self._command, stdout=asyncio.subprocess.PIPE, limit=LONGEST_LINE)
+        # bytes: a frame of MOST_BODIES with long names is a quarter of that
+        child = await asyncio.create_subprocess_exec(*self._command, stdout=asyncio.subprocess.PIPE, limit=1 << 20)
         try:
             return await self._listen(child)
         finally:

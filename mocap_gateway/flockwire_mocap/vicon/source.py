@@ -11,7 +11,6 @@ from flockwire_mocap.streamed import StreamedSource
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose
 
 MOST_BODIES = 1000
-LATEST = 1 << 62  # ns of a monotonic clock: 146 years
 
 
 class ViconSource(StreamedSource):
@@ -33,7 +32,7 @@ class ViconSource(StreamedSource):
                 self.child = frame
                 return
             came, rows = frame
-            if type(came) is not int or not 0 <= came < LATEST:
+            if type(came) is not int or not 0 <= came < 1 << 62:  # ns of a monotonic clock: 146 years
                 raise ValueError(came)
             bodies = tuple(self._body(str(name), [float(v) for v in row]) for name, row in rows.items())
         except (ValueError, AttributeError, TypeError):

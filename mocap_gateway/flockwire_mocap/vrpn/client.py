@@ -10,8 +10,6 @@ from flockwire_core import clock
 from flockwire_mocap.persistent import PersistentConnection, keep_alive
 from flockwire_mocap.vrpn.source import VrpnSource
 
-ACCEPT_TIMEOUT = 3.0  # s for the server to accept
-
 
 class VrpnClient(PersistentConnection[VrpnSource]):
     """Feeds a source with the pose reports of its server."""
@@ -26,7 +24,7 @@ class VrpnClient(PersistentConnection[VrpnSource]):
         """Connect, and return the reason when the connection fails or is lost."""
         source, where = self.source, f"{self.source.table.server}:{self.source.table.port}"
         try:
-            async with asyncio.timeout(ACCEPT_TIMEOUT):
+            async with asyncio.timeout(3.0):  # s for the server to accept
                 transport, link = await self._connect()
         except OSError as error:  # a time-out is one too
             return f"{where} cannot be reached ({str(error) or 'no answer'}): check address, port, firewall"

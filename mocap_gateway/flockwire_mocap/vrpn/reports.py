@@ -9,7 +9,6 @@ from flockwire_core.domain.time import SECOND
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 from flockwire_mocap.vrpn.connection import MOST_NAMES, PoseReport
 
-RESTART = 10 * SECOND  # ns; a report with an older stamp comes from a clock that was set back
 SET_BACK = 3  # older reports of a body in a row that show the same
 
 
@@ -48,7 +47,8 @@ class Reports:
     def _is_new(self, identity: int, report: PoseReport, newest: PoseReport) -> bool:
         behind = newest.stamp - report.stamp
         self._behind[identity] = self._behind[identity] + 1 if behind > 0 else 0
-        if behind < 0 or behind > RESTART or self._behind[identity] >= SET_BACK:
+        # ns; a report with an older stamp comes from a clock that was set back
+        if behind < 0 or behind > 10 * SECOND or self._behind[identity] >= SET_BACK:
             return True
         repeated = (report.stamp, report.pose) == (newest.stamp, newest.pose)
         self._counts["reports repeated" if repeated else "reports late"] += 1

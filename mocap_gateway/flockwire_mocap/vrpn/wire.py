@@ -19,7 +19,6 @@ MAJOR = b"vrpn: ver. 07."
 COOKIE = (MAJOR + b"35  0").ljust(24, b"\0")
 SENDER, TYPE = -1, -2  # types of the messages that describe a sender and a type; other negative ones are not needed
 POSE, PING, PONG = "vrpn_Tracker Pos_Quat", "vrpn_Base ping_message", "vrpn_Base pong_message"
-LONGEST = 1 << 16  # bytes of a message; a tracker's have under a hundred
 HEADER_SIZE = 24
 
 _HEADER = Struct(">IIIii4x")
@@ -88,7 +87,7 @@ def take_message(data: bytes | bytearray, begin: int) -> tuple[VrpnMessage | Non
     if len(data) - begin < HEADER_SIZE:
         return None, begin
     length, seconds, micros, sender, kind = _HEADER.unpack_from(data, begin)
-    if not HEADER_SIZE <= length <= LONGEST:
+    if not HEADER_SIZE <= length <= 1 << 16:  # bytes of a message; a tracker's have under a hundred
         raise ValueError(f"a message of {length} bytes")
     end = begin + length + -length % 8
     if len(data) < end:

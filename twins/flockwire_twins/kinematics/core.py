@@ -24,8 +24,6 @@ from flockwire_core.wire.status import Report
 from flockwire_twins.simulated_airframe import Commanded, Served, SimulatedAirframe, Wear
 from flockwire_twins.wind import Wind
 
-SETTLED_SERVED = 4 * SECOND  # as SETTLED, with time for drivers to detect it by a constant state
-
 
 class Blowing(Protocol):
     """A wind: its mean and most by which gusts differ from it, m/s, world frame."""
@@ -72,7 +70,8 @@ class KinematicsCore:
             for i in swarm.walking
         }
         self._truths = tuple((Key("truth", owner), airframe) for owner, airframe in self._airframes.items())
-        self._settled = SETTLED if not served else SETTLED_SERVED
+        # as SETTLED, with time for drivers to detect it by a constant state
+        self._settled = SETTLED if not served else 4 * SECOND
         self._telemetry_deadline = now
         self._flew = 0  # last time with a drone in the air, Unix ns
         self._chance = chance

@@ -14,10 +14,7 @@ from flockwire_twins.tello.manoeuvres import HOVER, Landing, Legs, Manoeuvre, Pa
 from flockwire_twins.tello.parameters import Quirk, TelloParameters
 
 CYCLE = SECOND // 50  # of the controller
-SPIN_UP = 4 * SECOND // 5  # of the motors, before it climbs
-STICKS_CENTRE = SECOND // 2  # without the quirk STICKS_STAY
 TAKEOFF_BATTERY = 0.10  # share under which it refuses (user manual: low battery)
-LANDING_BATTERY = 0.05  # share under which it lands
 LOWEST_TOF, FARTHEST_TOF, NO_TOF = 10, 800, 6553  # cm: on the ground, and without an echo
 
 
@@ -45,7 +42,10 @@ class SimulatedFlight:
         p = self._parameters
         self.airframe.start(now)
         self._sticks = CENTRED
-        self.manoeuvre = TakeOff(self._ground + p.takeoff_height, now + SPIN_UP, now + nanoseconds(p.takeoff_time))
+        # of the motors, before it climbs
+        self.manoeuvre = TakeOff(
+            self._ground + p.takeoff_height, now + 4 * SECOND // 5, now + nanoseconds(p.takeoff_time)
+        )
 
     def land(self) -> None:
         """Land; a landing under way continues."""
@@ -89,7 +89,8 @@ class SimulatedFlight:
         self._drain()
         if not self.airframe.motors:
             return False
-        if self.battery <= LANDING_BATTERY and self.flying and not isinstance(self.manoeuvre, Landing):
+        # share under which it lands
+        if self.battery <= 0.05 and self.flying and not isinstance(self.manoeuvre, Landing):
             self.land()
         return self._control(now)
 
@@ -142,7 +143,8 @@ class SimulatedFlight:
             self._last = setpoint
 
     def _by_sticks(self, now: int) -> Setpoint:
-        if Quirk.STICKS_STAY not in self._parameters.quirks and now - self._sticks_at > STICKS_CENTRE:
+        # without the quirk STICKS_STAY
+        if Quirk.STICKS_STAY not in self._parameters.quirks and now - self._sticks_at > SECOND // 2:
             self._sticks = CENTRED
         return Setpoint(*to_velocity(self._sticks, self._parameters.gains))
 

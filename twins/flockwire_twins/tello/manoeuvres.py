@@ -14,7 +14,6 @@ from flockwire_tello.sticks import to_body
 from flockwire_twins.tello.airframe import AirframeMotion
 
 POSITION_GAIN = 1.2  # 1/s
-YAW_GAIN = 2.5  # 1/s
 ARRIVED = 0.03  # m
 TURNED = pi / 360.0  # rad
 CLIMB = 0.6  # m/s
@@ -98,7 +97,7 @@ class Turn(NamedTuple):
         to_go = self.heading - motion.yaw
         if abs(to_go) < TURNED and abs(motion.yaw_rate) < 4.0 * TURNED:
             return None
-        return Setpoint(ZERO, max(-TURN_RATE, min(TURN_RATE, YAW_GAIN * to_go)))
+        return Setpoint(ZERO, max(-TURN_RATE, min(TURN_RATE, 2.5 * to_go)))  # 1/s
 
 
 Manoeuvre = Pause | TakeOff | Landing | Legs | Turn

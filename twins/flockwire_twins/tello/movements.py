@@ -22,8 +22,6 @@ from flockwire_twins.tello.commanded import (
 from flockwire_twins.tello.flight import TAKEOFF_BATTERY
 from flockwire_twins.tello.parameters import Quirk
 
-FLIP_BATTERY = 0.5  # share (user manual)
-FLIP_TIME = 2.0  # s (assumption)
 DIRECTIONS: dict[str, Vector] = {  # forward, left, up
     "forward": (1.0, 0.0, 0.0),
     "back": (-1.0, 0.0, 0.0),
@@ -100,10 +98,10 @@ def turn(sign: int) -> Handler:
 
 def flip(drone: CommandedTello, texts: list[str], now: int) -> Reply:
     """Wait for the time of a flip; the flip itself is not simulated."""
-    if texts not in (["l"], ["r"], ["f"], ["b"]) or drone.flight.battery < FLIP_BATTERY:
+    if texts not in (["l"], ["r"], ["f"], ["b"]) or drone.flight.battery < 0.5:  # share (user manual)
         return ERROR
     _begin(drone)
-    drone.flight.pause(FLIP_TIME, now)
+    drone.flight.pause(2.0, now)  # s (assumption)
     return NoText.AT_END
 
 

@@ -28,11 +28,7 @@ Address = tuple[str, int]
 
 STATE_PERIOD = SECOND // 10
 SILENCE = nanoseconds(TELLO.without_setpoints.after)  # ns, after which it lands
-REBOOT_TIME = 3 * SECOND
-LATENESS = 3 * SECOND // 2  # of the quirk LATE_REPLIES
 VIDEO_PORT = 11111
-LONGEST = 256  # bytes of a command, a longer one is ignored
-MOST_WAITING = 256  # unsent datagrams, more are dropped
 NUMBERED = re.compile(r"(Re[0-9]{2})([0-9]{2} )(.+)", re.DOTALL)  # number, repetition, command: DJI's RoboMaster SDK
 NOT_TEXT = "{}:{} sends something else than text: the app's binary protocol is not simulated"
 JUNK = bytes(range(0xCC, 0xE8)) + b"VQZd"  # not ASCII, 32 bytes as in public logs
@@ -85,7 +81,8 @@ class SimulatedTello:
     def receive(self, datagram: bytes, sender: Address, now: int) -> None:
         """Receive a datagram of the command port."""
         self.advance(now)
-        if now < self._silent_until or len(datagram) > LONGEST or self._lost():
+        # bytes of a command, a longer one is ignored
+        if now < self._silent_until or len(datagram) > 256 or self._lost():
             return
         text, number, prefix = datagram.decode("ascii", errors="replace").strip("\r\n\0 "), "", ""
         if self.parameters.generation != "1.3" and (numbered := NUMBERED.fullmatch(text)) is not None:
@@ -218,10 +215,10 @@ class SimulatedTello:
         if self._replies == 1 and Quirk.JUNK_IN_FIRST_REPLY in quirks:
             datagram = JUNK[:8] + datagram
         late = Quirk.LATE_REPLIES in quirks and self._replies % 4 == 0
-        self._send(datagram, to, due + LATENESS if late else due)
+        self._send(datagram, to, due + 3 * SECOND // 2 if late else due)  # of the quirk LATE_REPLIES
 
     def _send(self, datagram: bytes, to: Address, due: int) -> None:
-        if len(self._outbox) < MOST_WAITING:
+        if len(self._outbox) < 256:  # unsent datagrams, more are dropped
             heappush(self._outbox, (due, next(self._order), datagram, to))
 
     def _reboot(self, now: int) -> None:
@@ -229,7 +226,7 @@ class SimulatedTello:
         self.flight.cut(now)
         self._drone = CommandedTello(self.parameters, self.flight, ports=(self.parameters.state_port, VIDEO_PORT))
         self._client = self._first = self._mover = self._numbered = None
-        self._replies, self._silent_until = 0, now + REBOOT_TIME
+        self._replies, self._silent_until = 0, now + 3 * SECOND
 
     def _lost(self) -> bool:
         return Quirk.LOST_DATAGRAMS in self.parameters.quirks and self._chance() < self.parameters.loss

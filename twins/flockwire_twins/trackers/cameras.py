@@ -16,8 +16,6 @@ from flockwire_core.wire.keys import Key
 from flockwire_mocap.completeness import Completeness
 from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame
 
-VISITORS = 10_000  # the number of the first body that is not a drone
-
 
 class CameraConditions(NamedTuple):
     """What the cameras see besides the swarm file's noise and drop-outs.
@@ -66,7 +64,8 @@ class SimulatedSource:
 
     def announce(self, body: str) -> None:
         """Give a number to a body that is not a drone, and that may appear."""
-        self._visitors.setdefault(body, VISITORS + len(self._visitors))
+        # the number of the first body that is not a drone
+        self._visitors.setdefault(body, 10_000 + len(self._visitors))
 
     @property
     def visitors(self) -> tuple[tuple[int, str], ...]:

@@ -20,8 +20,6 @@ from flockwire_mocap.tracking import LOST, ReportedBody, TrackerFrame, unseen
 
 from flockwire_twins.trackers.cameras import SimulatedSource
 
-UPTIME = 1000 * SECOND  # ns of the tracker's clock at the start of the process: it differs from the swarm's
-
 Deliver = Callable[[TrackerFrame], None]
 
 
@@ -41,7 +39,8 @@ class TwinCore(Ground):
         self._disturbances = Disturbances(table, start.chance)
         self._coordinates = coordinates_of(gateway)
         self._renamed = table.renamed
-        self._epoch = start.now - UPTIME
+        # ns of the tracker's clock at the start of the process: it differs from the swarm's
+        self._epoch = start.now - 1000 * SECOND
         self._frames = 0
 
     def serve(self, deliver: Deliver | None) -> None:

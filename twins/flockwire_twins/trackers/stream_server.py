@@ -9,8 +9,6 @@ from typing import Protocol
 
 from flockwire_mocap.tracking import TrackerFrame
 
-BACKLOG = 1 << 20  # bytes; a client that reads so little is disconnected
-
 
 class Conversation(Protocol):
     """One client's conversation without a socket; `failed`: why nothing more can be read of it, None while it can."""
@@ -104,5 +102,5 @@ class _Client(asyncio.Protocol):
         if self._transport is None:
             return
         self._transport.write(self._conversation.outgoing())
-        if self._transport.get_write_buffer_size() > BACKLOG:
+        if self._transport.get_write_buffer_size() > 1 << 20:  # bytes; a client that reads so little is disconnected
             self._transport.abort()

@@ -31,7 +31,6 @@ class VrpnTwin(VrpnConnection):
                 self.send_pose(name, frame.captured, PoseBody(0, body.position, body.orientation))
 
 
-MOST_DIALS = 16  # clients that are dialled at a time
 _REQUEST = re.compile(rb"\S{1,255} (\d{1,5})\0?")  # a client's host, and the port where it waits
 
 
@@ -70,7 +69,8 @@ class _Requests(asyncio.DatagramProtocol):
 
     def datagram_received(self, data: bytes, addr: tuple[str | Any, int]) -> None:
         request = _REQUEST.fullmatch(data)
-        if request is not None and 0 < int(request[1]) <= 65535 and len(self._dialling) < MOST_DIALS:
+        # clients that are dialled at a time
+        if request is not None and 0 < int(request[1]) <= 65535 and len(self._dialling) < 16:
             task = asyncio.ensure_future(self._connect(addr[0], int(request[1])))
             self._dialling.add(task)
             task.add_done_callback(self._dialling.discard)

@@ -29,9 +29,6 @@ from flockwire_core.domain.motion import Motion
 from flockwire_core.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
 
 UNCERTAIN, CERTAIN = 0.5, 0.22  # s, T while the gain is not known, and when it is (docs/theory.md)
-GAIN_TIME_CONSTANT = 1.0  # s, T_g
-VELOCITY_TIME_CONSTANT = 0.07  # s, of the airframe's velocity: a slower one costs the loop its margin
-JUMP = 2.0  # times the highest speed: faster is no motion
 
 
 class DisturbedAirframe(AirframeState):
@@ -41,7 +38,7 @@ class DisturbedAirframe(AirframeState):
     """
 
     def __init__(self, lag: float, dead_time: float, most: float, fastest: float) -> None:
-        super().__init__(lag, dead_time, VELOCITY_TIME_CONSTANT)
+        super().__init__(lag, dead_time, 0.07)  # s, of the airframe's velocity: a slower one costs the loop its margin
         self._most, self._fastest = most, fastest  # the base's `disturbance` is d, its `last_command` v_c
         self.gain = 1.0  # the horizontal gain that commands are given for, g
         self._gain = AirframeGain(lag, dead_time)
@@ -91,7 +88,7 @@ class DisturbedAirframe(AirframeState):
             self._gain.restart()
         elif dt > 0.0:
             self._gain.measure(position, velocity, stamp)
-            self.gain += (1.0 - exp(-dt / GAIN_TIME_CONSTANT)) * (self._gain.value - self.gain)
+            self.gain += (1.0 - exp(-dt / 1.0)) * (self._gain.value - self.gain)  # s, T_g
         waits = now - stamp + self._dead_time
         ahead = add(scale(self._drift, self._lag), scale(self.disturbance, waits))
         return Motion(position, velocity, add(add(motion.stopping, self._drifted), ahead))
@@ -107,7 +104,7 @@ class DisturbedAirframe(AirframeState):
             self._slope = ZERO
             return
         x, y, z = change = subtract(rest, last)
-        if x * x + y * y + z * z > (JUMP * self._fastest * dt) ** 2:
+        if x * x + y * y + z * z > (2.0 * self._fastest * dt) ** 2:  # times the highest speed: faster is no motion
             self._gain.restart()
             return
         moved, slope = _by_axis(change, learns), _by_axis(self._slope, learns)

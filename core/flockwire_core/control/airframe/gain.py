@@ -17,7 +17,6 @@ from math import exp
 
 from flockwire_core.domain.vector import ZERO, Vector
 
-TIME_CONSTANT = 0.35  # s, tau
 PRIOR = 0.003  # m^2/s, P: as much as a start to 0.2 m/s
 MOVING, WANTED = 0.03, 0.3  # m/s of |V|, and its least share of |U|
 MEMORY = 5.0  # m^2/s of ∫ U·U that are remembered, so that a gain that changes is followed
@@ -68,7 +67,7 @@ class AirframeGain:
             return
         dt, (x, y) = stamp - last[0], last[1]
         given, wanted = self._effect(last[0], stamp)
-        share, (of_x, of_u, of_v) = 1.0 - exp(-dt / TIME_CONSTANT), self._passes
+        share, (of_x, of_u, of_v) = 1.0 - exp(-dt / 0.35), self._passes  # s, tau
         mx, my = of_x.update((there[0] - x) / dt, (there[1] - y) / dt, share)
         ux, uy = of_u.update(given[0] / dt, given[1] / dt, share)
         vx, vy = of_v.update(wanted[0] / dt, wanted[1] / dt, share)

@@ -30,16 +30,9 @@ from flockwire_core.domain.motion import Motion
 from flockwire_core.domain.vector import Vector
 
 WINDOW: Final = 2.0  # s
-OFFSET: Final = 0.4  # m
 GAIN_ERROR: Final = 0.3
 LAG_ERROR: Final = 0.6
-BOX: Final = 0.8  # m
-REPEATED: Final = 0.15  # s for which a slow tracker may repeat a position
 UNMOVED: Final = 0.05  # m of motion that need not show
-DEAD_ZONE: Final = 0.02  # m/s of commands that an airframe may not obey
-CHANGE: Final = 0.1  # m/s of commands that count as steady
-UNSTEADY: Final = 0.2  # m/s that steady commands may lose
-LOOK: Final = 0.1  # s, between two updates
 
 
 class Moved(NamedTuple):
@@ -55,7 +48,7 @@ class MotionResidual:
 
     def __init__(self, drift: float, slowness: float) -> None:
         self._drift, self._slowness = drift, slowness
-        self._shows_after = REPEATED + (1.0 + LAG_ERROR) * slowness
+        self._shows_after = 0.15 + (1.0 + LAG_ERROR) * slowness  # s for which a slow tracker may repeat a position
         self._moved: deque[Moved] = deque()
         self._floors: deque[tuple[float, float, float]] = deque()  # s, z − h, m, and how uncertain that is, m
 
@@ -91,7 +84,7 @@ class MotionResidual:
             return False
         elapsed = moved[end].at - moved[first].at
         since = _beside(moved[first], moved[end], _rate(moved[first], moved[first + 1]))
-        if hypot(*since) > UNMOVED + DEAD_ZONE * elapsed:
+        if hypot(*since) > UNMOVED + 0.02 * elapsed:  # m/s of commands that an airframe may not obey
             return True
         if first < 2 or not self._was_steady(moved[:first]):
             return False
@@ -102,13 +95,15 @@ class MotionResidual:
         )
         dx, dy, dz = _beside(moved[first], moved[end], _rate(moved[first - 2], moved[first - 1]))
         goes_on = hypot(dx + elapsed * (x - x0) / dt, dy + elapsed * (y - y0) / dt, dz + elapsed * (z - z0) / dt)
-        return goes_on > UNMOVED + UNSTEADY * elapsed + GAIN_ERROR * hypot(dx, dy, dz)
+        return goes_on > UNMOVED + 0.2 * elapsed + GAIN_ERROR * hypot(dx, dy, dz)  # m/s that steady commands may lose
 
     def _was_steady(self, moved: list[Moved]) -> bool:
         """Return whether the commands did not change, for as long as the drone takes to show them."""
         now, steady = moved[-1], _rate(moved[-2], moved[-1])
-        rates = [_rate(a, b) for a, b in pairwise(moved) if a.at > now.at - self._shows_after - LOOK]
-        return all(dist(rate, steady) <= CHANGE + GAIN_ERROR * hypot(*steady) for rate in rates)
+        # s, between two updates
+        rates = [_rate(a, b) for a, b in pairwise(moved) if a.at > now.at - self._shows_after - 0.1]
+        # m/s of commands that count as steady
+        return all(dist(rate, steady) <= 0.1 + GAIN_ERROR * hypot(*steady) for rate in rates)
 
     def rise(self, motion: Motion, height: float, age: float, now: float) -> float:
         """Return how far, m, the body rose or sank apart from the airframe; 0 while it can be the drone's.
@@ -120,7 +115,7 @@ class MotionResidual:
             floors.popleft()
         step = max([abs(floor - before) - max(unsure, other) for _, before, other in floors], default=0.0)
         floors.append((now, floor, unsure))
-        return step if step > BOX else 0.0
+        return step if step > 0.8 else 0.0  # m
 
     def _apart(self, before: Moved, after: Moved) -> float:
         elapsed, (x0, y0, _), (x, y, _) = after.at - before.at, before.motion.stopping, after.motion.stopping
@@ -128,7 +123,7 @@ class MotionResidual:
         (vx, vy, _), (wx, wy, _) = before.motion.velocity, after.motion.velocity
         slow = LAG_ERROR * self._slowness * hypot(wx - vx, wy - vy)
         residual = hypot(x - x0 - ux, y - y0 - uy)
-        most = OFFSET + self._drift * elapsed + GAIN_ERROR * hypot(ux, uy) + slow
+        most = 0.4 + self._drift * elapsed + GAIN_ERROR * hypot(ux, uy) + slow  # m
         return residual / elapsed if residual > most else 0.0
 
 

@@ -11,9 +11,6 @@ from flockwire_core.domain.motion import Motion
 from flockwire_core.domain.record import Record
 from flockwire_core.domain.vector import ZERO, Vector
 
-REMEMBERED: Final = 5.0  # s of commands, beyond the dead time: more than the age of any used pose
-GAP: Final = 1.0  # s between two poses after which the old velocity is dropped
-
 
 @mypyc_attr(acyclic=True)
 class Given(Record):
@@ -55,7 +52,8 @@ class AirframeState:
         """Return the command that flies `velocity`, m/s, from `now` on, and record it."""
         commands = self._commands
         commands.append(Given(now, velocity, self.travelled(now)))
-        while commands[0].begin < now - self._dead_time - REMEMBERED:
+        # s of commands, beyond the dead time: more than the age of any used pose
+        while commands[0].begin < now - self._dead_time - 5.0:
             commands.popleft()
         self.last_command = velocity
         return velocity
@@ -66,7 +64,7 @@ class AirframeState:
         `learns` is 1 for each axis whose disturbance may be learned, 0 for one that is kept; None: all are.
         """
         dt = stamp - self._stamp
-        if self._position is None or dt > GAP:
+        if self._position is None or dt > 1.0:  # s between two poses after which the old velocity is dropped
             self._position, self._velocity, self._stamp = position, ZERO, stamp
         elif dt > 0.0:
             q = exp(-dt / self._time_constant)
