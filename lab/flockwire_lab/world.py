@@ -16,7 +16,7 @@ from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground.director import Director, Stage
 from flockwire_core.ground.operator import OperatorCore
 from flockwire_core.ground.order import Order
-from flockwire_core.process.cores import Core, Start, make_core
+from flockwire_core.process.cores import Core, MakeLaw, Start, make_core
 from flockwire_core.process.stopwatch import Stopwatch
 from flockwire_core.process.timekeeping import patience, timekeeping
 from flockwire_core.swarm.model import Swarm
@@ -55,6 +55,7 @@ class World:
 
     The drones `without` stay on the ground. `tap` is called with every published message (received ones may differ).
     `stations` are identities of other operators for `station`. With `rare`, links and timers take rare branches.
+    `law` makes the laws of followers in place of their own.
     """
 
     def __init__(
@@ -67,6 +68,7 @@ class World:
         without: tuple[int, ...] = (),
         stations: tuple[str, ...] = (),
         rare: Rare | None = None,
+        law: MakeLaw | None = None,
     ) -> None:
         swarm = swarm.in_simulation()
         self.swarm, self.plan = swarm, Plan(swarm)
@@ -78,7 +80,7 @@ class World:
         self.station().core.conduct(EPOCH, duration, Order("start", without=without))
         self._script: Script = lambda _: None  # nobody steers
         self.links: dict[tuple[str, str], VirtualLink] = {}
-        self._seed, self._faults, self._tap, self._rare = seed, faults, tap, rare
+        self._seed, self._faults, self._tap, self._rare, self._law = seed, faults, tap, rare, law
         self._operators = frozenset(self.plan.operators)
         self._limit = EPOCH + nanoseconds(duration + LONGEST)
         self._network = DatagramNetwork(swarm.sim, seed, self.scheduler)
@@ -170,7 +172,7 @@ class World:
             chance = Random(f"{self.swarm.gateway.seed} {self._seed} {identity} {starts}")  # noqa: S311  (noise)
             stopwatch = self._stopwatches[identity] = Stopwatch(clock.monotonic, 1.0 / self.swarm.control.rate_hz)
             store = self._stores.setdefault(identity, MemoryStore())
-            core = make_core(Start(self.plan, identity, now, chance, stopwatch, store))
+            core = make_core(Start(self.plan, identity, now, chance, stopwatch, store, law=self._law))
             return faulty(core, self._faults, self.plan, identity, self._faulty.took_off)
 
         return make

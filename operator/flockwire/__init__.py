@@ -30,6 +30,10 @@ A test of a law, in virtual time (docs/own_law.md):
     >>> swarm.forward(until=20.0)
     >>> swarm.assert_in_formation(0.02)
 
+The same for reinforcement learning (docs/learning.md):
+
+    >>> env = flockwire.SwarmEnv("my_law.toml", reward=lambda state, number: -state.error(number))
+
 `flockwire.law` has all names of the interface of a law; names are loaded when they are used.
 """
 
@@ -39,8 +43,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from flockwire import analysis, law, scripting, testing
+    from flockwire import analysis, env, law, scripting, testing
     from flockwire.analysis import formation_errors, open_trace, read_trace, summarise, write_report
+    from flockwire.env import SwarmEnv
     from flockwire.law import Decision, Information, Output, Parameters, Sense
     from flockwire.scripting import open_swarm
     from flockwire.testing import VirtualSwarm
@@ -50,11 +55,13 @@ _MODULES = {
     "scripting": ("open_swarm",),
     "analysis": ("formation_errors", "open_trace", "read_trace", "summarise", "write_report"),
     "testing": ("VirtualSwarm",),
+    "env": ("SwarmEnv",),
 }  # where each name is
 
 __all__ = [
-    "Decision", "Information", "Output", "Parameters", "Sense", "VirtualSwarm", "analysis", "formation_errors", "law",
-    "open_swarm", "open_trace", "read_trace", "scripting", "summarise", "testing", "write_report",
+    "Decision", "Information", "Output", "Parameters", "Sense", "SwarmEnv", "VirtualSwarm", "analysis", "env",
+    "formation_errors", "law", "open_swarm", "open_trace", "read_trace", "scripting", "summarise", "testing",
+    "write_report",
 ]  # fmt: skip
 
 

@@ -34,9 +34,11 @@ from flockwire_core.law import (
     scale,
     subtract,
 )
+from flockwire_core.wire.observed_numbers import ObservedNumbers
 
 __all__ = [
     "RELAYING", "SECOND", "ZERO", "Body", "BodyKind", "Decision", "Finite", "Heard", "Information", "Law",
-    "LawSettings", "LeaderMotion", "Motion", "NotNegative", "Observation", "Output", "Pace", "Parameters", "Place",
-    "Positive", "Seen", "Sense", "Vector", "add", "distance", "limit", "norm", "scale", "subtract",
+    "LawSettings", "LeaderMotion", "Motion", "NotNegative", "Observation", "ObservedNumbers", "Output", "Pace",
+    "Parameters", "Place", "Positive", "Seen", "Sense", "Vector", "add", "distance", "limit", "norm", "scale",
+    "subtract",
 ]  # fmt: skip

@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PUBLIC = ("flockwire.scripting", "flockwire.law", "flockwire.analysis", "flockwire.testing")
+PUBLIC = ("flockwire.scripting", "flockwire.law", "flockwire.analysis", "flockwire.testing", "flockwire.env")
 NAMES_ON = {
     "flockwire.scripting": "python", "flockwire.law": "own_law", "flockwire.analysis": "python",
-    "flockwire.testing": "testing",
+    "flockwire.testing": "testing", "flockwire.env": "learning",
 }  # fmt: skip
 CALLS_ON = {**NAMES_ON, "flockwire.scripting": "scripting"}
 CALL = re.compile(r"`(?:await )?(?:flight)?\.?(\w+)\(([^`]*)\)`")
@@ -99,7 +99,7 @@ def test_each_call_on_a_page_has_the_parameters_of_the_function(module):
             assert not default or ast.literal_eval(default) == one.default, name
 
 
-@pytest.mark.parametrize("module", ["flockwire.scripting", "flockwire.law", "flockwire.testing"])
+@pytest.mark.parametrize("module", ["flockwire.scripting", "flockwire.law", "flockwire.testing", "flockwire.env"])
 def test_all_that_a_public_class_has_is_documented(module):
     page = text_of(CALLS_ON[module])
     for one in classes(module):

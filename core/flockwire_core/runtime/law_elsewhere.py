@@ -18,7 +18,7 @@ from flockwire_core.domain.time import SECOND
 from flockwire_core.law import Decision, Information, LawSettings, Observation
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.tables import Finite
-from flockwire_core.wire.information import numbers
+from flockwire_core.wire.information import declared, numbers
 from flockwire_core.wire.observed_numbers import ObservedNumbers
 
 VERSION: Final = 1.0  # of the frames
@@ -39,7 +39,7 @@ class LawElsewhere:
     Parameters = RootModel[dict[str, Finite]]
 
     def __init__(self, settings: LawSettings, swarm: Swarm, patience: float) -> None:
-        self._observed = ObservedNumbers(swarm, settings.number)
+        self._observed = ObservedNumbers(declared(swarm), settings.neighbours)
         self._message = swarm.control.information.message
         self._where, self._patience = swarm.control.law, round(patience * SECOND)
         self._socket = _connect(self._where, Path(swarm.folder))

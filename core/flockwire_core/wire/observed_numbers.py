@@ -2,39 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TypeVar
 
 from flockwire_core.domain.body import Body
-from flockwire_core.law import Heard, Observation, Seen, Sense
-from flockwire_core.swarm.model import Swarm
-from flockwire_core.wire.information import declared
+from flockwire_core.domain.vector import norm
+from flockwire_core.law import Heard, Information, Observation, Seen, Sense
 from flockwire_core.wire.law_form import law_form
 
 NAMES = {Sense.BEARING: "bearing", Sense.DISTANCE: "distance", Sense.POSITION: "position", Sense.VELOCITY: "velocity"}
 T = TypeVar("T")
+NEAREST = 8  # drones around, and bodies: a policy has as many inputs in every swarm
 SIZES = {"distance": 1}  # of what is no vector
 
 
 class ObservedNumbers:
-    """The numbers that follower `number` of `swarm` observes: what its law declares and no more.
+    """The observation of a law that declares `information`, as numbers: no more than it declares.
 
-    What is not there now (a pose, a neighbour, a place outside the formation) is zeros, with a 0 before it; m, m/s, s,
-    world axes. `names` has the name of each number.
+    `neighbours` are its drone's in-neighbours. What is not there now (a pose, a neighbour, a place outside the
+    formation) is zeros, with a 0 before it; m, m/s, s, world axes. Of drones around, and of bodies, it has the NEAREST.
+    `names` has the name of each number.
     """
 
-    def __init__(self, swarm: Swarm, number: int) -> None:
-        self.declared = told = declared(swarm)
-        self.neighbours = tuple(sorted(swarm.topology.neighbours(number)))
-        self._form = law_form(told)
-        others = len(swarm.flying) - 1
-        self._around = others if told.around and told.radius > 0.0 else 0
-        self._bodies = others + len(swarm.obstacles) if told.around else 0
+    def __init__(self, information: Information, neighbours: Iterable[int]) -> None:
+        self.information, self.neighbours = information, tuple(sorted(neighbours))
+        self._form = law_form(information)
+        self._around = NEAREST if information.around and information.radius > 0.0 else 0
+        self._bodies = NEAREST if information.around else 0
         self.names = tuple(self._names())
 
     def of(self, observation: Observation) -> list[float]:
         """Return the numbers of an observation, as many as `names`."""
-        place, t, declared = observation.place, observation.t, self.declared
+        place, t, declared = observation.place, observation.t, self.information
         found = [1.0 if place is not None else 0.0, t, observation.dt]
         for vector in (place.offset(t), place.rate(t)) if place is not None else (None, None):
             found += vector or (0.0, 0.0, 0.0)
@@ -51,16 +50,16 @@ class ObservedNumbers:
                 found += self._seen(declared.neighbours, seen.get(j))
             if self._form is not None:
                 found += self._heard(heard.get(j), observation.now)
-        for slot in _slots(observation.around, self._around):
+        for slot in _slots(sorted(observation.around, key=_distance), self._around):
             found += self._seen(declared.around, slot)
             if declared.named:
                 found.append(float(slot.number) if slot is not None else -1.0)
-        for body in _slots(observation.bodies, self._bodies):
+        for body in _slots(sorted(observation.bodies, key=_gap), self._bodies):
             found += _body(body)
         return found
 
     def _names(self) -> Iterator[str]:
-        told = self.declared
+        told = self.information
         yield from ("in formation", "t", "dt", *_three("h"), *_three("h'"))
         if told.own:
             yield "known"
@@ -108,6 +107,15 @@ def _of_senses(senses: Sense, before: str) -> Iterator[str]:
 def _slots(found: Sequence[T], count: int) -> Iterator[T | None]:
     yield from found[:count]
     yield from (None,) * (count - len(found))
+
+
+def _distance(one: Seen) -> float:
+    """Return the distance of a seen drone, m; 0 if it is not sensed."""
+    return one.distance or (norm(one.position) if one.position is not None else 0.0)
+
+
+def _gap(body: Body) -> float:
+    return norm(body.relative_position) - body.radius
 
 
 def _body(body: Body | None) -> tuple[float, ...]:

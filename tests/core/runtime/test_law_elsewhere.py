@@ -82,6 +82,10 @@ def swarm(law, folder, **information):
     return Swarm.model_validate(table(law, **information) | {"folder": str(folder)})
 
 
+def numbers_of(where, number):
+    return ObservedNumbers(declared(where), where.topology.neighbours(number))
+
+
 SEEN = Observation(t=2.0, dt=0.01, neighbours=[Seen(1, 1.0, False, position=(0.5, 0.25, 0.125))])
 
 
@@ -93,7 +97,7 @@ def test_the_first_frame_and_an_observation_are_as_documented(served):
     first, observed = frames
     assert first[:8] == (1.0, 3.0, 0.01, 0.0, 0.0, where.full_speed(3), where.limits.acceleration, 1.0)
     assert first[8:] == (1.0, 1.0, 0.0, 1.0, 1.0)  # neighbour 1, its weight, no leader; one parameter, 1
-    names = ObservedNumbers(where, 3).names
+    names = numbers_of(where, 3).names
     assert len(observed) == 1 + len(names)
     assert observed[0] == 1.0
     found = dict(zip(names, observed[1:], strict=True))
@@ -146,7 +150,7 @@ def test_messages_go_both_ways(served):
     law = follower_law(where, 3)
     heard = [Heard(1, 1.0, False, 1_000_000_000, 5, kind((3.0, 4.0)))]
     assert law.step(Observation(heard=heard, now=1_500_000_000)).message == kind((7.0, 8.0))
-    found = dict(zip(ObservedNumbers(where, 3).names, frames[-1][1:], strict=True))
+    found = dict(zip(numbers_of(where, 3).names, frames[-1][1:], strict=True))
     assert [found[name] for name in ("heard 1", "1: age", "1: message 0", "1: message 1")] == [5.0, 0.5, 3.0, 4.0]
 
 
@@ -191,15 +195,16 @@ def test_all_numbers_have_their_places(tmp_path):
         "tcp:5555", tmp_path, neighbours=["bearing", "distance", "velocity"], around=["position"], radius=2.0,
         named=True, own=["position", "velocity"],
     )  # fmt: skip
-    numbers_of = ObservedNumbers(where, 4)
+    told = numbers_of(where, 4)
     formation = where.build_formation()
     seen = Seen(3, 0.5, False, (0.0, 1.0, 0.0), 2.0, None, (0.1, 0.2, 0.3))
     observation = Observation(
         t=1.0, dt=0.02, position=(1.0, 2.0, 3.0), velocity=(4.0, 5.0, 6.0), neighbours=[seen],
-        around=[Seen(9, position=(7.0, 8.0, 9.0))], bodies=[Body(BodyKind.OBSTACLE, (1.0, 1.0, 0.0), 0.3)],
+        around=[Seen(8, position=(9.0, 9.0, 9.0)), Seen(9, position=(7.0, 8.0, 9.0))],
+        bodies=[Body(BodyKind.OBSTACLE, (1.0, 1.0, 0.0), 0.3)],
         place=Place(formation, 3, ranks={2: 1, 3: 2}),
     )  # fmt: skip
-    found = dict(zip(numbers_of.names, numbers_of.of(observation), strict=True))
+    found = dict(zip(told.names, told.of(observation), strict=True))
 
     def three(name):
         return tuple(found[f"{name} {axis}"] for axis in "xyz")
@@ -211,6 +216,7 @@ def test_all_numbers_have_their_places(tmp_path):
     assert (three("2: bearing"), three("3: bearing")) == ((0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     assert three("3: velocity") == (0.1, 0.2, 0.3)
     assert (found["sees around 0"], three("around 0: position"), found["around 0: number"]) == (1.0, (7.0, 8.0, 9.0), 9)
-    assert (found["sees around 1"], found["around 1: number"]) == (0.0, -1.0)
+    assert (found["sees around 1"], found["around 1: number"]) == (1.0, 8.0)
+    assert (found["sees around 2"], found["around 2: number"]) == (0.0, -1.0)
     assert (found["body 0"], found["body 0: kind"], found["body 0: radius"], found["body 1"]) == (1.0, 1.0, 0.3, 0.0)
     assert "3: position x" not in found
