@@ -98,7 +98,7 @@ class AgentCore:
         pilot, exchange, judged, failure = self._pilot, self._exchange, self._judged, self._law.failure
         place = estimated_place(*judged) if judged is not None else None
         error = formation_error(*judged, place) if judged is not None else NONE
-        report = exchange.counted(pilot.report(now, error, shown(exchange.oldest(now)), place))
+        report = exchange.reported(pilot.report(now, error, shown(exchange.oldest(now)), place))
         if pilot.counts_filtered:
             counts = counted(
                 (LAW_STEPS, pilot.commanded),

@@ -17,7 +17,8 @@ from flockwire_core.wire.codec import Message
 from flockwire_core.wire.information import relays, sees, speakers
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.law_form import LawForm
-from flockwire_core.wire.status import Report, counted
+from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.status import SILENT, Reason, Report, counted
 
 
 class Exchange:
@@ -116,8 +117,11 @@ class Exchange:
             oldest = max(oldest, part.oldest(now)) if part is not None else oldest
         return oldest
 
-    def counted(self, report: Report) -> Report:
-        """Return `report` with how many messages of the law were lost or rejected."""
+    def reported(self, report: Report) -> Report:
+        """Return `report` with whom it misses in formation, and how many messages of the law were lost or rejected."""
+        if self.missing and not self._relays and report.phase == Phase.FORMATION:
+            silent = Reason(SILENT, f"nothing from {', '.join(map(uav, self.missing))}")
+            report = report._replace(reasons=(*report.reasons, silent))
         if self._hearing is None:
             return report
         speakers = self._hearing.speakers.values()

@@ -102,7 +102,8 @@ def _subtitle(trace: Trace, summary: Summary) -> str:
 
 def _tiles(summary: Summary) -> Iterable[tuple[str, str]]:
     yield length(summary.formation_error_m.rms_tail), "formation error, rms in the tail"
-    yield length(summary.observation_error_m.max_tail), "observation error, largest in the tail"
+    if summary.observation_error_m.max_tail is not None:  # a law may estimate no leader
+        yield length(summary.observation_error_m.max_tail), "observation error, largest in the tail"
     yield number(summary.formation_error_m.settled_s, "s"), "until the formation had settled"
     yield length(summary.min_distance_uav_m), "smallest distance between drones"
     if summary.min_distance_obstacle_m is not None:

@@ -46,6 +46,9 @@ BESIDE: Vector = (0.6, 0.8, 0.0)  # m, from a drone to a nearby body in a dry st
 OUR_FRAMES = tuple(f"flockwire/{name}.py" for name in ("own_law", "law", "objects"))
 
 
+Checked = tuple[list[str], list[str], dict[str, float]]  # problems, notes, predicted rates, 1/s
+
+
 class NoParameters(Model):
     """The parameters of a law without its own model."""
 
@@ -216,7 +219,7 @@ def dry_flight(swarm: Swarm, number: int, said: list[object]) -> Iterator[tuple[
         )  # fmt: skip
 
 
-def law_check(swarm: Swarm) -> tuple[list[str], list[str], dict[str, float]]:
+def law_check(swarm: Swarm) -> Checked:
     """Return problems, notes and predicted rates (1/s) by the law's own `check`; a problem if that raises."""
     law = load_law(law_object(swarm))
     check = getattr(law, "check", None)

@@ -19,6 +19,7 @@ from flockwire_core.objects import load_object
 from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.tables import Checks, Limits, Obstacle
+from flockwire_core.wire.information import relays
 from flockwire_core.wire.processes import Roster
 
 
@@ -30,6 +31,7 @@ class PilotParameters(NamedTuple):
     period: float  # s, between two steps
     driver: str  # the processes that drive its airframe, for messages
     leaders: tuple[int, ...]  # likewise
+    relays: bool  # whether the law relays estimates of the leader
     lag: float  # s, of its airframe
     dead_time: float  # s, likewise
     speed: float  # m/s, at most
@@ -64,6 +66,7 @@ def pilot_parameters(swarm: Swarm, number: int) -> PilotParameters:
         period=1.0 / swarm.control.rate_hz,
         driver=", ".join(Roster(swarm).drivers(number)),
         leaders=swarm.leaders,
+        relays=relays(swarm),
         lag=airframe.lag,
         dead_time=airframe.dead_time,
         speed=swarm.full_speed(number),

@@ -12,6 +12,8 @@ multirobot coordination", 68(6), 2023. Minimise sum_i f_i(x_i, sigma), sigma the
 x, s, r_i (the place h_i), b in m, g and y without unit and in m, alpha a step. A is doubly stochastic: the weights of
 the edges are a_ij (Metropolis: 1/(1 + the larger degree)), a_ii = 1 − their sum. Round k + 1 waits for round k of all
 neighbours; mean s = mean x and mean y = mean grad_2 f in each. The drone follows, u = (x − p)/T (m/s), T the period s.
+A drone that began its rounds again stops those of its neighbours: no round of both fits.
+
 mean x* = (g1 mean r + g2 b)/(g1 + g2),  x_i* = (g1 r_i + g3 mean x* − g2 (mean x* − b))/(g1 + g3).
 """
 
@@ -23,6 +25,8 @@ from flockwire_core import law as fw
 from flockwire_laws import checks
 from flockwire_laws.aggregative_task import Task, Tracker, Triple
 from flockwire_laws.relative import size, vector, weighted
+
+RESTARTED = "drone {} began its rounds again, and no round fits: order the formation again"
 
 
 class Aggregative:
@@ -42,6 +46,8 @@ class Aggregative:
     def step(self, observation: fw.Observation) -> fw.Decision:
         """Return u_i, and s_i and y_i of a round that begins; the error is |x − p| in the plane."""
         for one in observation.news:
+            if one.content.start == self._start and one.content.round < self._round - 1:
+                raise RuntimeError(RESTARTED.format(one.number))
             self._heard.setdefault((one.content.start, one.content.round), {})[one.number] = one
         place, t = observation.place, observation.t
         if place is None or observation.position is None:

@@ -1,7 +1,6 @@
 """The matrices of a graph, for a law's `check`: what its theorem assumes and what it predicts.
 
-A graph has `followers` and `edges` (source, target, weight); whoever else is an end of an edge is a leader. Places are
-m, by number. A check returns problems, notes, and predicted rates in 1/s by name.
+Places are m, by number. A check returns problems, notes, and predicted rates in 1/s by name.
 """
 
 from __future__ import annotations
@@ -9,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from flockwire_core.control import convergence
 from flockwire_core.control.graph import Graph
 from flockwire_core.law import Vector
 from numpy.typing import NDArray
@@ -23,20 +23,10 @@ NOT_SYMMETRIC = "graph.edges: must be symmetric, w_ij = w_ji"
 FEW_LEADERS = "leaders: at least {} are needed, there are {}"
 
 
-def leaders(graph: Graph) -> list[int]:
-    """Return the leaders' numbers, in order."""
-    return sorted({j for j, _, _ in graph.edges} - set(graph.followers))
-
-
 def laplacian(graph: Graph) -> Array:
     """Return L = D − W, followers first, then leaders; their rows are 0."""
-    index = {number: row for row, number in enumerate((*graph.followers, *leaders(graph)))}
-    matrix = np.zeros((len(index), len(index)))
-    for source, target, weight in graph.edges:
-        if target in graph.followers:
-            matrix[index[target], index[source]] -= weight
-            matrix[index[target], index[target]] += weight
-    return matrix
+    count = len(graph.leaders)
+    return np.roll(convergence.laplacian(graph), (-count, -count), (0, 1))
 
 
 def block(graph: Graph) -> Array:
@@ -57,7 +47,7 @@ def modes(graph: Graph) -> NDArray[np.complex128]:
     """Return the eigenvalues of L_ff, or without a leader those of L but one 0, by their real parts."""
     values = np.linalg.eigvals(block(graph)).astype(complex)
     values = values[np.argsort(values.real)]
-    return values if leaders(graph) else values[1:]
+    return values if graph.leaders else values[1:]
 
 
 def symmetric(graph: Graph) -> bool:
@@ -74,7 +64,7 @@ def tree(graph: Graph) -> list[str]:
 
 def led(graph: Graph, least: int) -> list[str]:
     """Return the problem of too few leaders."""
-    found = len(leaders(graph))
+    found = len(graph.leaders)
     return [FEW_LEADERS.format(least, found)] if found < least else []
 
 
@@ -85,7 +75,7 @@ def pairs(graph: Graph) -> list[tuple[int, int]]:
 
 def bearing_laplacian(graph: Graph, places: Places, weighted: bool) -> Array:
     """Return the bearing Laplacian, blocks −P(g_ij) (by 1/|p_j − p_i| if `weighted`); followers first, then leaders."""
-    numbers = [*graph.followers, *leaders(graph)]
+    numbers = [*graph.followers, *graph.leaders]
     matrix = np.zeros((3 * len(numbers), 3 * len(numbers)))
     for i, j in pairs(graph):
         line = np.subtract(places[j], places[i])

@@ -173,6 +173,11 @@ class Plain:
     followers: tuple
     edges: tuple
 
+    @property
+    def leaders(self):
+        """Whoever else is an end of an edge."""
+        return tuple(sorted({j for j, _, _ in self.edges} - set(self.followers)))
+
 
 def both(pairs, weight=1.0):
     """Return the edges of `pairs` in both directions."""

@@ -31,7 +31,7 @@ class LawSender:
         most = 1 if pace is Pace.STEP else max(1, min(MOST_KEPT, LARGEST_KEPT // (form.size + 8)))
         self._repeats = pace is not Pace.STEP
         self._kept: deque[tuple[int, bytes]] = deque(maxlen=most)
-        self._sequence, self._sent = 0, 0
+        self._sequence, self._due = 0, 0  # when the next sign of life is due, Unix ns
 
     def send(self, message: bytes | None, now: int, stamp: int = 0) -> LawMessage | None:
         """Return what to publish at `now` (Unix ns) for the law's `message`, None: it has none in this step.
@@ -41,9 +41,9 @@ class LawSender:
         if message is not None:
             self._kept.append((stamp or now, message))
             self._sequence += 1
-        elif 0 <= now - self._sent < HEARTBEAT:
+        elif now < self._due:
             return None
-        self._sent = now
+        self._due = now + HEARTBEAT if message is not None else max(self._due, now - HEARTBEAT) + HEARTBEAT
         contents = tuple(self._kept) if message is not None or self._repeats else ()
         return LawMessage(now, self._frame, self._born, self._sequence, contents)
 

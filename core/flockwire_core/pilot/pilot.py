@@ -52,7 +52,7 @@ class Pilot:
         self.pose_key = Key("pose", uav(number))
         self.born = now  # ages of what never arrived count from it
         self._parameters, self._limits = parameters, parameters.limits
-        self._reactions = Reactions(parameters.limits, parameters.driver, parameters.leaders)
+        self._reactions = Reactions(parameters.limits, parameters.driver, parameters.leaders, parameters.relays)
         self._found: dict[str, Reason] = {}  # the reasons for the reactions of this step
         self.flight = FlightPhases(now)
         self.motion: Motion | None = None

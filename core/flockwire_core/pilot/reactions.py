@@ -38,9 +38,9 @@ INPUTS: Final = {
     "held up": "1 while it is off the ground with stopped motors",
     "own pose": "its age, s",
     "own pose lost": "the same, but at most the time since its process began",
-    "leader estimate": "the age of the leader's newest data, s",
+    "leader estimate": "the age of the leader's newest data; for a law without estimates of anything of a neighbour, s",
     "leader down": "time for which the leader of the ordered formation does not lead, s",
-    "neighbour": "the number of neighbours without a valid estimate",
+    "neighbour": "the number of neighbours that are not heard or seen",
     "nearby": "the age of the nearby bodies, s",
     "telemetry": "its age, s",
     "battery": "share of full",
@@ -55,6 +55,8 @@ INPUTS: Final = {
 SHUTDOWN: Final = "its process must end"
 LEFT_OUT: Final = "left out of this flight"
 HELD_UP: Final = "off the ground with stopped motors: put it down on a floor that its sensor detects"
+ESTIMATE: Final = "leader estimate"  # what may be missing
+NEIGHBOURS: Final = "sight or message of a neighbour"
 WITHOUT_ORDER: Final = "in flight without an order: no station repeats one"
 EVERY: Final = frozenset(PHASES)
 GROUND: Final = frozenset({Phase.GROUNDED, Phase.READY})
@@ -66,7 +68,7 @@ class Row:
     """One row: `reaction`, in any of `phases`, while `input` is above `limit` (`below`: below it).
 
     `limit` is a number, or the name of one in [limits]. `text` is the reason in the status: `{value}` is that of the
-    input, `{limit}` the limit's, `{failure}`, `{missing}` and `{driver}` are those of Reactions.
+    input, `{limit}` the limit's, `{failure}`, `{missing}`, `{news}` and `{driver}` are those of Reactions.
     """
 
     def __init__(
@@ -102,11 +104,11 @@ TABLE: Final = (
     Row(HOLD, "end", 0.0, SHUTDOWN),
     Row(HOLD, "law", 0.0, "{failure}"),
     Row(HOLD, "own pose", "staleness.pose_zero", "own pose is stale"),
-    Row(HOLD, "leader estimate", "staleness.estimates_hold", "no leader estimate for {limit:g} s"),
+    Row(HOLD, "leader estimate", "staleness.estimates_hold", "no {news} for {limit:g} s"),
     Row(HOLD, "leader down", 0.0, "the leader is down"),
     Row(HOLD, "nearby", "staleness.nearby_hold", "nearby bodies are stale"),
     Row(LAND, "own pose lost", "staleness.pose_land", "own pose lost for {value:.1f} s"),
-    Row(LAND, "leader estimate", "staleness.estimates_land", "leader estimate lost for {value:.1f} s"),
+    Row(LAND, "leader estimate", "staleness.estimates_land", "{news} lost for {value:.1f} s"),
     Row(LAND, "telemetry", "staleness.telemetry_land", "telemetry lost for {value:.1f} s"),
     Row(LAND, "leader down", "staleness.leader_land", "the leader lost for {value:.1f} s"),
     Row(LAND, "battery", "battery_land", "battery at {value:.0%}", below=True),
@@ -123,15 +125,18 @@ TABLE: Final = (
 
 
 class Reactions:
-    """Applies the table with the `limits` of a drone; `driver` are the processes that drive it."""
+    """Applies the table with the `limits` of a drone; `driver` are the processes that drive it.
 
-    def __init__(self, limits: Limits, driver: str, leaders: tuple[int, ...] = (0,)) -> None:
+    What it has of its neighbours are estimates of the leader, if its law `relays` them.
+    """
+
+    def __init__(self, limits: Limits, driver: str, leaders: tuple[int, ...] = (0,), relays: bool = True) -> None:
         places = {name: place for place, name in enumerate(INPUTS)}
         self._rows: list[tuple[Row, int, float]] = [
             (row, places[row.input], attrgetter(row.limit)(limits) if isinstance(row.limit, str) else row.limit)
             for row in TABLE
         ]
-        self._driver, self._leaders = driver, leaders
+        self._driver, self._leaders, self._relays = driver, leaders, relays
 
     def find(
         self, values: Sequence[float], phase: Phase, failure: str = "", missing: tuple[int, ...] = ()
@@ -145,9 +150,15 @@ class Reactions:
             value = values[place]
             beyond = value < limit if row.below else value > limit
             if beyond and row.reaction not in found and phase in row.phases:
-                names = ", ".join(
-                    ["the leader's pose" if j in self._leaders else f"{uav(j)}'s estimate" for j in missing]
+                names, news = ", ".join(map(self._name, missing)), ESTIMATE if self._relays else NEIGHBOURS
+                text = row.text.format(
+                    value=value, limit=limit, driver=self._driver, missing=names, failure=failure, news=news
                 )
-                text = row.text.format(value=value, limit=limit, driver=self._driver, missing=names, failure=failure)
                 found[row.reaction] = Reason(row.code, text)
         return found
+
+    def _name(self, j: int) -> str:
+        """Return what is missing of the neighbour j, in words."""
+        if not self._relays:
+            return uav(j)
+        return "the leader's pose" if j in self._leaders else f"{uav(j)}'s estimate"

@@ -14,6 +14,7 @@ LONGEST_TEXT: Final = 256  # characters of any text in a message (bytes of UTF-8
 SERIAL = "serial"  # the code of the reason with the serial number of a driver's drone
 LAW_FAILED = "law failed"  # the code of the reason with a law's error and its place
 LEFT_OUT = "estimate left out"  # of the reason that names neighbours whose estimates contradict the others
+SILENT = "neighbour silent"  # of the reason that names neighbours that a law neither sees nor hears
 APART = "body apart"  # of the reason of a drone whose tracked body does not move as commanded
 CORNERED = "cornered"  # of the reason, and of the count, of a drone without a way from a person (or another mover)
 LAW_STEPS = "steps in formation"  # the count of those of a follower's own law

@@ -56,15 +56,16 @@ def check(
     plan = load(swarm)
     if live:
         raise typer.Exit(_check_live(plan, keys_folder(swarm, plan, keys), as_json))
+    checked = law_check(plan.swarm)
     expired = expiring(plan, keys_folder(swarm, plan, keys), clock.utc())
     if as_json:
         print(text(description(plan, [*warnings(plan.swarm), *predicted(plan.swarm, duration), *expired])))
     else:
-        print(describe(plan, duration))
+        print(describe(plan, duration, checked))
         for line in expired:
             print(f"warning: {line}")
-    if problems := law_check(plan.swarm)[0]:
-        for problem in problems:
+    if checked[0]:
+        for problem in checked[0]:
             print(f"flockwire: {swarm}: {law_problem(plan.swarm, problem)}", file=sys.stderr)
         raise typer.Exit(2)
 

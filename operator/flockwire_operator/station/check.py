@@ -16,7 +16,7 @@ from flockwire_core.control.convergence import convergence, smallest_observer_ga
 from flockwire_core.control.leader_track import leader_time_constant, motion_error, noise_gain
 from flockwire_core.domain.vector import norm
 from flockwire_core.objects import load_object
-from flockwire_core.own_law import law_check, step_time
+from flockwire_core.own_law import Checked, law_check, step_time
 from flockwire_core.parameters import guard_parameters
 from flockwire_core.swarm.airframes import AIRFRAMES, ByItself
 from flockwire_core.swarm.model import Swarm, uav
@@ -29,10 +29,19 @@ DEPTH_HORIZON = 40.0  # s of the leader's trajectory that are evaluated
 DEEP = 6  # hops beyond which noise and delay add up
 
 
-def describe(plan: Plan, duration: float = 40.0) -> str:
-    """Return the description for `check`; `duration` is the flight's, s."""
+def describe(plan: Plan, duration: float = 40.0, law: Checked | None = None) -> str:
+    """Return the description for `check`; `duration` is the flight's, s, `law` what the law's own check returned."""
     swarm = plan.swarm
-    lines = [*_graph(plan), "", *_lemma(swarm), *_depth(swarm), *_law(swarm), "", *_formations(swarm, duration), ""]
+    lines = [
+        *_graph(plan),
+        "",
+        *_lemma(swarm),
+        *_depth(swarm),
+        *_law(swarm, law or law_check(swarm)),
+        "",
+        *_formations(swarm, duration),
+        "",
+    ]
     lines += [*_airframes(plan), ""]
     if off := sorted(swarm.checks.off):
         lines += [f"not judged after a flight ([checks]): {', '.join(off)}", ""]
@@ -46,7 +55,7 @@ def _graph(plan: Plan) -> Iterator[str]:
     yield f"swarm {swarm.name}: {len(swarm.followers)} followers, {_leaders(swarm)}, law {swarm.control.law}"
     yield from _carried(swarm)
     yield ""
-    yield "who receives from whom (weight)             hops from the leader"
+    yield "who receives from whom (weight)             hops from a leader"
     for i in swarm.followers:
         neighbours = ", ".join(f"{plan.pilot[j]} ({weight:g})" for j, weight in graph.neighbours(i).items())
         yield f"  {uav(i):<7} from {neighbours:<37} {depths.get(i, '-')}"
@@ -72,9 +81,9 @@ def _leaders(swarm: Swarm) -> str:
     return f"leaders {named}" if named else "no leader"
 
 
-def _law(swarm: Swarm) -> Iterator[str]:
+def _law(swarm: Swarm, checked: Checked) -> Iterator[str]:
     """Yield what the law's own check predicts."""
-    _, notes, rates = law_check(swarm)
+    _, notes, rates = checked
     if notes or rates:
         yield f"law {swarm.control.law}"
     yield from (f"  predicted rate, {name}: {rate:.4g} 1/s" for name, rate in rates.items())
