@@ -19,7 +19,7 @@ from flockwire_core.process.cores import Aside, Core, Done, MakeLaw, Start
 from flockwire_core.process.stopwatch import Stopwatch
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
-from flockwire_core.wire.information import information_of
+from flockwire_core.wire.information import accelerates, information_of
 from flockwire_core.wire.keys import MISSION, Key
 from flockwire_core.wire.law_form import law_form
 from flockwire_core.wire.status import FILTERED, LAW_STEPS, Report, Status, counted
@@ -48,7 +48,8 @@ class AgentCore:
         self._law = GuardedLaw(make, name, stopwatch, declared, form, aside)
         self._exchange = Exchange(swarm, number, declared, form, pilot.born)
         self._site = _site(swarm, number, pilot.born)
-        self._command = LawCommand(declared, parameters)
+        pilot.accelerates = accelerates(swarm, number)
+        self._command = LawCommand(declared, parameters, pilot.accelerates)
         self._whole, pilot.counts_filtered = declared.own & STATE == STATE, swarm.control.own_law
         self._judged: tuple[Observation, Decision] | None = None  # of the last step
         self._take: dict[Key, Callable[[Any], None]] = {  # handlers of messages, by key

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
-from flockwire_core.domain.airframe import Command
+from flockwire_core.domain.airframe import Steer
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.vector import Vector
 from flockwire_core.ground.director import POLL_PERIOD, Director, Stage
@@ -94,7 +94,7 @@ class ScriptedSteering(Ground):
         velocity = self._script(now)
         if velocity is None:
             return []
-        command = Command(now, self._swarm.frame, velocity)
+        command = Steer(now, self._swarm.frame, velocity)
         return [(Key(STEERING, uav(number)), command) for number in self._swarm.steered]
 
     def report(self, now: int) -> Report:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from flockwire_core.control.around.way_of_mover import WayOfMover
-from flockwire_core.domain.airframe import Command
+from flockwire_core.domain.airframe import Steer
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, subtract
@@ -47,7 +47,7 @@ class FlyingLeader:
         if isinstance(message, Mission):
             self._pilot.flight.order(message, now)
             return
-        if self._teleoperation is not None and isinstance(message, Command):
+        if self._teleoperation is not None and isinstance(message, Steer):
             self._teleoperation.take(message)
             return
         take = self._pilot.handlers.get(key)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flockwire_core.domain.airframe import Command
+from flockwire_core.domain.airframe import Steer
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add, limit, norm, subtract
 from flockwire_core.pilot.phases import age
@@ -20,11 +20,11 @@ class Teleoperation:
         leader = swarm.leading[number]
         self._speed, self._acceleration = leader.speed, leader.acceleration  # m/s, m/s^2
         self._vertical_speed, self._stale = swarm.limits.vertical_speed, swarm.limits.staleness.steering_stop  # m/s, s
-        self._newest: Command | None = None
+        self._newest: Steer | None = None
         self._velocity: Vector = ZERO
         self._place: Vector | None = None  # held while it is not steered
 
-    def take(self, command: Command) -> None:
+    def take(self, command: Steer) -> None:
         """Receive the newest command: a velocity in m/s, world frame."""
         self._newest = command
 

@@ -11,7 +11,7 @@ import pytest
 from fleet import PATIENCE, Fleet, Tower, flockwire
 from flockwire_analysis.reading import read_trace
 from flockwire_core import clock
-from flockwire_core.domain.airframe import Command
+from flockwire_core.domain.airframe import Steer
 from flockwire_core.domain.pose import Pose
 from flockwire_core.ros.graph import data_key
 from flockwire_core.wire.codec import encode
@@ -161,7 +161,7 @@ def test_a_leader_follows_a_topic_and_stops_when_it_ends(
         def seen(statuses: dict[str, Status]) -> bool:
             stamp = clock.now()
             session.put(
-                key, encode(Command(stamp, "world", (0.3, 0.0, 0.0))), attachment=ATTACHMENT.pack(1, 1, 16, bytes(16))
+                key, encode(Steer(stamp, "world", (0.3, 0.0, 0.0))), attachment=ATTACHMENT.pack(1, 1, 16, bytes(16))
             )
             return (statuses["leader"].report.position or (0.0,))[0] > x
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from itertools import pairwise
 from math import hypot
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -166,6 +167,17 @@ def test_accelerations_and_arrays_fly(fly_law: Callable[..., Any]) -> None:
     (leader,) = (one for one in last.neighbours if one.leads)
     gap = np.array(leader.position) + last.place.to(0, last.t)
     assert np.linalg.norm(gap[:2]) < 0.3
+
+
+def test_an_airframe_that_takes_accelerations_gets_the_change_of_its_velocity(fly_law: Callable[..., Any]) -> None:
+    mixed = {"formation.rate": 0.0, "drones.1.airframe": "multirotor", "avoidance.sensing_radius": 3.0}
+    flown = fly_law(Accelerating, mixed, duration=8.0)
+    commands = [m for _, m in flown.of("command", "uav1", 6.0)]
+    pairs = [(m.acceleration[0], 100.0 * (m.velocity[0] - last.velocity[0])) for last, m in pairwise(commands)]
+    pairs = [pair for pair in pairs if pair[0] != 0.0]  # it lands by velocities
+    assert len(pairs) > 50
+    assert all(acceleration == pytest.approx(change, abs=1e-6) for acceleration, change in pairs)
+    assert all(m.acceleration == (0.0, 0.0, 0.0) for _, m in flown.of("command", "uav2"))
 
 
 def test_rounds_arrive_in_order_without_a_gap_over_a_lossy_network_and_twice_the_same(

@@ -144,3 +144,12 @@ def test_flocks_fly_together():
     assert v == pytest.approx(np.tile((0.1, 0.0), (4, 1)), abs=0.02)
     arena = np.abs(np.array(list(flown("vasarhelyi").values()))[..., :2]).max()
     assert 1.0 < arena < 4.0
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["second_order", "bearing", "consensus"])
+def test_multirotors_fly_it(name, flockwire, tmp_path):
+    text = (EXAMPLES / f"{name}.toml").read_text()
+    (tmp_path / "swarm.toml").write_text(text.replace("{ id = ", '{ airframe = "multirotor", id = '))
+    done = flockwire("sim", tmp_path / "swarm.toml", "--duration", 25, "--out", tmp_path / "out")
+    assert done.returncode == 0, done.stdout + done.stderr

@@ -3,7 +3,7 @@
 from math import hypot
 
 import pytest
-from flockwire_core.domain.airframe import Command
+from flockwire_core.domain.airframe import Steer
 from flockwire_core.domain.time import SECOND
 from flockwire_core.wire.keys import STEERING, Key
 from flockwire_core.wire.phase import Phase
@@ -24,7 +24,7 @@ def steered(seat):
 
     def steer(seconds, velocity):
         for _ in range(round(seconds * 20)):
-            command = Command(leader.now, "world", velocity)
+            command = Steer(leader.now, "world", velocity)
             leader.core.receive(Key(STEERING, "uav0"), command, leader.now)
             leader.run(0.05)
 

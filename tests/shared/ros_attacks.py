@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zenoh
 from flockwire_core import clock
-from flockwire_core.domain.airframe import Command
+from flockwire_core.domain.airframe import Steer
 from flockwire_core.ros.graph import data_key
 from flockwire_core.wire.codec import encode
 from flockwire_core.wire.keys import key_text
@@ -42,7 +42,7 @@ def attack(session: zenoh.Session, plan: Plan) -> None:
 
 def steer_wrongly(session: zenoh.Session, key: str) -> dict[str, int]:
     """Publish on the leader's topic `key`, and on others, what must not move it; return what is counted."""
-    good = encode(Command(clock.now(), "world", (0.3, 0.0, 0.0)))
+    good = encode(Steer(clock.now(), "world", (0.3, 0.0, 0.0)))
     for other in (
         f"1{key[1:]}",
         key[:-1],
@@ -57,8 +57,8 @@ def steer_wrongly(session: zenoh.Session, key: str) -> dict[str, int]:
         session.put(key, payload, attachment=attached)
     for payload in (b"", b"x" * 80, good[:-1], good.replace(b"world", b"wor\xff\xff")):
         session.put(key, payload, attachment=GOOD)
-    session.put(key, encode(Command(clock.now(), "base_link", (0.3, 0.0, 0.0))), attachment=GOOD)
-    session.put(key, encode(Command(clock.now(), "world", (1e308, 0.0, 0.0))), attachment=GOOD)
+    session.put(key, encode(Steer(clock.now(), "base_link", (0.3, 0.0, 0.0))), attachment=GOOD)
+    session.put(key, encode(Steer(clock.now(), "world", (1e308, 0.0, 0.0))), attachment=GOOD)
     return {
         "ROS messages malformed": 6, "ROS messages too large": 2, "ROS steering malformed": 4,
         "ROS steering of another frame": 1, "ROS steering out of range": 1,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple, Protocol
 
 from flockwire_core.domain.airframe import Telemetry
-from flockwire_core.domain.vector import Vector
+from flockwire_core.domain.vector import ZERO, Vector
 from flockwire_core.process.cores import Address, Datagram
 
 from flockwire_twins.wind import Wind
@@ -60,8 +60,8 @@ class Commanded(SimulatedAirframe, Protocol):
     clipped: int  # commands that were too fast
     land_at: int | None  # time of its own landing
 
-    def command(self, velocity: Vector, now: int, yaw_rate: float = 0.0) -> None:
-        """Receive a commanded velocity, m/s, world frame, and a yaw rate, rad/s."""
+    def command(self, velocity: Vector, now: int, yaw_rate: float = 0.0, acceleration: Vector = ZERO) -> None:
+        """Receive a commanded velocity, m/s, world frame, a yaw rate, rad/s, and an acceleration, m/s^2."""
 
     def telemetry(self, now: int, frame: str) -> Telemetry:
         """Return its telemetry, in the world frame `frame`."""

@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 
 from flockwire_core.compiling import mypyc_attr
 from flockwire_core.domain.record import Record
-from flockwire_core.domain.vector import Vector
+from flockwire_core.domain.vector import ZERO, Vector
 
 
 class FlightState(IntEnum):
@@ -22,15 +22,33 @@ class FlightState(IntEnum):
 
 @mypyc_attr(acyclic=True)
 class Command(Record):
-    """A velocity to fly at, m/s, world frame; the stamp (Unix ns) is that of the drone's pose that it answers."""
+    """A velocity to fly at, m/s, world frame; the stamp (Unix ns) is that of the drone's pose that it answers.
 
-    __slots__ = ("stamp", "frame", "velocity", "yaw_rate")
+    `acceleration` is how that velocity changes, of a law that commands accelerations, for an airframe that takes them.
+    """
 
-    def __init__(self, stamp: int, frame: str, velocity: Vector, yaw_rate: float = 0.0) -> None:
+    __slots__ = ("stamp", "frame", "velocity", "yaw_rate", "acceleration")
+
+    def __init__(
+        self, stamp: int, frame: str, velocity: Vector, yaw_rate: float = 0.0, acceleration: Vector = ZERO
+    ) -> None:
         self.stamp: Final = stamp
         self.frame: Final = frame
         self.velocity: Final = velocity
         self.yaw_rate: Final = yaw_rate  # rad/s, counter-clockwise
+        self.acceleration: Final = acceleration  # m/s^2, world frame
+
+
+@mypyc_attr(acyclic=True)
+class Steer(Record):
+    """A velocity, m/s, world frame, at which a leader is to fly, at `stamp` (Unix ns)."""
+
+    __slots__ = ("stamp", "frame", "velocity")
+
+    def __init__(self, stamp: int, frame: str, velocity: Vector) -> None:
+        self.stamp: Final = stamp
+        self.frame: Final = frame
+        self.velocity: Final = velocity
 
 
 class Telemetry(NamedTuple):

@@ -11,11 +11,14 @@ from flockwire_core.pilot.place import keep_place
 
 
 class LawCommand:
-    """Converts what a law of the information `declared` commands; the pilot holds the height if the law does not."""
+    """Converts what a law of the information `declared` commands; the pilot holds the height if the law does not.
 
-    def __init__(self, declared: Information, parameters: PilotParameters) -> None:
-        accelerates = declared.output is Output.ACCELERATION
-        self._accelerations = AccelerationInput(parameters.lag, parameters.period) if accelerates else None
+    An airframe that is told how its velocity changes (`has_acceleration`) has no lag to compensate.
+    """
+
+    def __init__(self, declared: Information, parameters: PilotParameters, has_acceleration: bool = False) -> None:
+        accelerates, lag = declared.output is Output.ACCELERATION, 0.0 if has_acceleration else parameters.lag
+        self._accelerations = AccelerationInput(lag, parameters.period) if accelerates else None
         self._levels = declared.planar or not declared.own & Sense.POSITION
         self._rise = parameters.limits.vertical_speed
         self._height: float | None = None  # m, that is held

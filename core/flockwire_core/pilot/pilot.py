@@ -18,7 +18,7 @@ from flockwire_core.domain.motion import Motion
 from flockwire_core.domain.order import Stop
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND, nanoseconds
-from flockwire_core.domain.vector import ZERO, Vector, add, distance, limit, subtract
+from flockwire_core.domain.vector import ZERO, Vector, add, distance, limit, scale, subtract
 from flockwire_core.parameters import PilotParameters
 from flockwire_core.pilot.off_place import OffPlace, no_place
 from flockwire_core.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, age, command_stamp
@@ -63,6 +63,7 @@ class Pilot:
         self._off_place = OffPlace(parameters.room, parameters.checks)
         self._wanted = ZERO  # m/s, by the law, at the last command
         self.sent = ZERO  # m/s, the last command as filtered
+        self.accelerates = False  # whether commands in formation say how they change
         self.counts_filtered = False  # whether the next two are counted
         self.filtered = 0  # commands of the formation phase that the safety filter changed
         self.commanded = 0  # all of them
@@ -137,15 +138,18 @@ class Pilot:
         motion = self.motion
         self._wanted = wanted
         velocity = self._velocity(wanted, motion, now) if motion is not None else self._blind_velocity(now)
-        guards = self.counts_filtered and self._guard is not None
-        if guards and motion is not None and self.flight.phase is Phase.FORMATION:
-            last, change = self._airframe.last_command, self._limits.acceleration * self.dt
+        last, acceleration = self._airframe.last_command, ZERO
+        forms = motion is not None and self.flight.phase is Phase.FORMATION
+        if forms and self.counts_filtered and self._guard is not None:
+            change = self._limits.acceleration * self.dt
             self.commanded += 1
             # m/s: a command differs less from the law's, but for the limit on its change
             self.filtered += distance(velocity, add(last, limit(subtract(wanted, last), change))) > 1e-3
+        if forms and self.accelerates and self.dt > 0.0:
+            acceleration = scale(subtract(velocity, last), 1.0 / self.dt)
         self.sent = velocity
         velocity = self._airframe.command(velocity, (now - self.born) / SECOND)
-        return [(self._command_key, Command(self.stamp, self._parameters.frame, velocity, 0.0))]
+        return [(self._command_key, Command(self.stamp, self._parameters.frame, velocity, 0.0, acceleration))]
 
     def report(
         self, now: int, formation_error: float = -1.0, estimate_age: float = -1.0, place: Vector | None = None

@@ -13,6 +13,7 @@ POSES = "geometry_msgs/msg/PoseArray"
 NAMED_POSES = "motion_capture_tracking_interfaces/msg/NamedPoseArray"
 TRANSFORM = "geometry_msgs/msg/TransformStamped"
 TWIST = "geometry_msgs/msg/TwistStamped"
+ACCELERATION = "geometry_msgs/msg/AccelStamped"
 ODOMETRY = "nav_msgs/msg/Odometry"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 BATTERY = "sensor_msgs/msg/BatteryState"
@@ -30,6 +31,8 @@ MESSAGES = DEFINITIONS | {
     "geometry_msgs/msg/TwistWithCovariance": "geometry_msgs/Twist twist\nfloat64[36] covariance",
     "geometry_msgs/msg/Transform": "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation",
     TRANSFORM: "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform",
+    "geometry_msgs/msg/Accel": "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular",
+    ACCELERATION: "std_msgs/Header header\ngeometry_msgs/Accel accel",
     ODOMETRY: (
         "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\n"
         "geometry_msgs/TwistWithCovariance twist"

@@ -45,6 +45,14 @@ class DiagnosticStatus(NamedTuple):
     values: tuple[tuple[str, str], ...]
 
 
+def derivative(stamp: int, frame: str, linear: Vector, angular: Vector = ZERO) -> bytes:
+    """Return a geometry_msgs/TwistStamped (m/s, rad/s) or AccelStamped (m/s^2, rad/s^2): they have one layout."""
+    writer = _stamped(stamp, frame)
+    writer.vector(linear)
+    writer.vector(angular)
+    return writer.finish()
+
+
 def odometry(stamp: int, frame: str, child: str, position: Vector, orientation: Quaternion, velocity: Vector) -> bytes:
     """Return a nav_msgs/Odometry: the pose of `child` in `frame`, and its velocity (m/s) in `child`."""
     writer = _stamped(stamp, frame)

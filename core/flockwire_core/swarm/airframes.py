@@ -38,6 +38,7 @@ class AirframeRow:
     live_checks: tuple[str, ...] = ()  # codes of its driver's reasons (wire/status.py) with a line in `check --live`
     identified: str = ""  # yields its keys of [airframes.NAME] from an Airframe and the measured gain of each axis
     wears: bool = False  # faults change its simulation's mass, gains and rotors
+    accelerates: bool = False  # it takes accelerations beside velocities, of laws that command them
     turns: bool = False  # it obeys a yaw rate; its driver subscribes to its pose, to know its heading
     command: str = ""  # a further command of the command line, which runs its simulation without a swarm
 
@@ -59,6 +60,7 @@ MULTIROTOR = AirframeRow(
     built_in={"lag": 0.16, "dead_time": 0.1},  # s, as `flockwire identify` finds them
     rules="flockwire_twins.multirotor.parameters:RULES",
     wears=True,
+    accelerates=True,
     turns=True,
 )
 TELLO = AirframeRow(

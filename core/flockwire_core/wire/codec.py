@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Final, NamedTuple, Protocol, TypeVar
 
-from flockwire_core.domain.airframe import Command, FlightState, Telemetry
+from flockwire_core.domain.airframe import Command, FlightState, Steer, Telemetry
 from flockwire_core.domain.bids import Bids
 from flockwire_core.domain.body import Body, BodyKind, Nearby
 from flockwire_core.domain.law_message import LawMessage
@@ -18,6 +18,7 @@ from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.signals import Signals
 from flockwire_core.domain.time import TimeReply, TimeRequest
+from flockwire_core.domain.vector import ZERO
 from flockwire_core.wire.batch import Batch, read_batch, write_batch
 from flockwire_core.wire.cdr import MessageError, Reader, Writer
 from flockwire_core.wire.law_form import read_law_message, write_law_message
@@ -94,12 +95,13 @@ def _encode_command(command: Command) -> bytes:
     writer = _begin(command.stamp, command.frame)
     writer.vector(command.velocity)
     writer.vector((0.0, 0.0, command.yaw_rate))
+    writer.vector(command.acceleration)
     return writer.finish()
 
 
 def _decode_command(data: bytes) -> Command:
     reader = Reader(data)
-    command = Command(reader.time(), reader.text(), reader.vector(), reader.vector()[2])
+    command = Command(reader.time(), reader.text(), reader.vector(), reader.vector()[2], reader.vector())
     reader.end()
     return command
 
@@ -133,6 +135,17 @@ def _read_body(reader: Reader) -> Body:
     if kind is None:
         raise MessageError(f"there is no body of kind {number}")
     return Body(kind, relative_position, radius, reader.vector())
+
+
+def _write_steer(writer: Writer, steer: Steer) -> None:
+    writer.vector(steer.velocity)
+    writer.vector(ZERO)
+
+
+def _read_steer(stamp: int, frame: str, reader: Reader) -> Steer:
+    steer = Steer(stamp, frame, reader.vector())
+    reader.vector()  # a leader does not turn
+    return steer
 
 
 def _write_telemetry(writer: Writer, telemetry: Telemetry) -> None:
@@ -198,6 +211,7 @@ CODECS: Final[dict[type[Any], Codec]] = {
     Pose: Codec(_encode_pose, _decode_pose),
     Estimate: Codec(_encode_estimate, _decode_estimate),
     Command: Codec(_encode_command, _decode_command),
+    Steer: _codec(_write_steer, _read_steer),
     Nearby: Codec(_encode_nearby, _decode_nearby),
     Telemetry: _codec(_write_telemetry, _read_telemetry),
     TimeRequest: _codec(lambda writer, _: None, lambda stamp, frame, _: TimeRequest(stamp, frame)),

@@ -66,6 +66,11 @@ def speakers(swarm: Swarm) -> tuple[int, ...]:
     return (*swarm.followers, *(i for i in swarm.leaders if lead and i in swarm.flying))
 
 
+def accelerates(swarm: Swarm, number: int) -> bool:
+    """Return whether the law commands accelerations and the airframe of drone `number` takes them."""
+    return information_of(swarm).output is Output.ACCELERATION and swarm.row(number).accelerates
+
+
 def sees(swarm: Swarm) -> bool:
     """Return whether the law sees drones."""
     declared = information_of(swarm)

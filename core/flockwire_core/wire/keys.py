@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
 
-from flockwire_core.domain.airframe import Command, Telemetry
+from flockwire_core.domain.airframe import Command, Steer, Telemetry
 from flockwire_core.domain.bids import Bids
 from flockwire_core.domain.body import Nearby
 from flockwire_core.domain.law_message import LawMessage
@@ -271,7 +271,7 @@ TABLE = (
         _all(KINEMATICS, DRIVER, LEADING, AGENT), 400, 1024, Delivery.EVENT, maximum_age=120.0, max_future=120.0,
     ),
     KeyRow(BATCH, Batch, _BATCHING, _itself, _all(), 2 * SECOND // PERIOD, LARGEST, Delivery.BACKGROUND),
-    KeyRow(STEERING, Command, _steered, _steers, _pilot, 200, 512),
+    KeyRow(STEERING, Steer, _steered, _steers, _pilot, 200, 512),
     KeyRow(  # between clocks with any offset
         TIME_REQUEST, TimeRequest, _other_hosts, _itself, _all(GATEWAY), 40, 512, maximum_age=None, max_future=ANY_TIME
     ),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from flockwire_core.domain.airframe import Command, Telemetry
+from flockwire_core.domain.airframe import Command, Steer, Telemetry
 from flockwire_core.domain.bids import Bids
 from flockwire_core.domain.body import Nearby
 from flockwire_core.domain.law_message import LawMessage
@@ -21,7 +21,8 @@ from flockwire_core.wire.status import Status
 ROS_TYPES: dict[type[Message], str] = {
     Pose: "geometry_msgs/msg/PoseStamped",
     Estimate: "flockwire_msgs/msg/LeaderEstimate",
-    Command: "geometry_msgs/msg/TwistStamped",
+    Command: "flockwire_msgs/msg/Command",
+    Steer: "geometry_msgs/msg/TwistStamped",
     Nearby: "flockwire_msgs/msg/NearbyBodies",
     Bids: "flockwire_msgs/msg/Bids",
     LawMessage: "flockwire_msgs/msg/LawMessage",
@@ -47,6 +48,9 @@ DEFINITIONS = {
     "geometry_msgs/msg/Twist": "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular",
     "geometry_msgs/msg/PoseStamped": "std_msgs/Header header\ngeometry_msgs/Pose pose",
     "geometry_msgs/msg/TwistStamped": "std_msgs/Header header\ngeometry_msgs/Twist twist",
+    "flockwire_msgs/msg/Command": (
+        "std_msgs/Header header\ngeometry_msgs/Twist twist\ngeometry_msgs/Vector3 acceleration"
+    ),
     "flockwire_msgs/msg/LeaderEstimate": (
         "std_msgs/Header header\ngeometry_msgs/Point position\ngeometry_msgs/Vector3 velocity\n"
         "geometry_msgs/Vector3 acceleration\nbuiltin_interfaces/Time origin\nuint8 hops\n"

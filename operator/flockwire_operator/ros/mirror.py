@@ -12,7 +12,7 @@ from flockwire_core.domain.pose import LEVEL, Pose
 from flockwire_core.domain.quaternion import conjugate, rotate
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.stepping import is_due, next_deadline
-from flockwire_core.ros.messages import Transform, battery, diagnostic, diagnostics, odometry, transforms
+from flockwire_core.ros.messages import Transform, battery, derivative, diagnostic, diagnostics, odometry, transforms
 from flockwire_core.wire.codec import Message, encode
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.plan import Plan
@@ -107,7 +107,9 @@ class Mirror:
         self._picture.positions[key.owner] = position
 
     def _command(self, key: Key, topics: tuple[Topic, ...], command: Command) -> None:
-        self._due.append((topics[0], encode(command)))
+        stamp, frame, turning = command.stamp, command.frame, (0.0, 0.0, command.yaw_rate)
+        self._due.append((topics[0], derivative(stamp, frame, command.velocity, turning)))
+        self._due += [(topic, derivative(stamp, frame, command.acceleration)) for topic in topics[1:]]
 
     def _estimate(self, key: Key, topics: tuple[Topic, ...], estimate: Estimate) -> None:
         name, motion = self._names.frame(f"{key.owner}/leader_estimate"), estimate.motion

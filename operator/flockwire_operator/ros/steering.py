@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 from flockwire_core.control.tracker import VelocityTracker
-from flockwire_core.domain.airframe import Command
+from flockwire_core.domain.airframe import Steer
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector, add, limit, scale, subtract
@@ -47,24 +47,24 @@ class Steering:
     def take(self, payload: bytes, now: int) -> None:
         """Take a message of the topic that arrived at `now` (Unix ns)."""
         try:
-            message = decode(Command, payload) if self.topic.ros_type == TWIST else decode(Pose, payload)
+            message = decode(Steer, payload) if self.topic.ros_type == TWIST else decode(Pose, payload)
         except MessageError:
             self.counts["ROS steering malformed"] += 1
             return
         if message.frame not in ("", self._frame):
             self.counts["ROS steering of another frame"] += 1
             return
-        if max(map(abs, message.velocity if isinstance(message, Command) else message.position)) > FARTHEST:
+        if max(map(abs, message.velocity if isinstance(message, Steer) else message.position)) > FARTHEST:
             self.counts["ROS steering out of range"] += 1
             return
-        self._velocity = message.velocity if isinstance(message, Command) else self._towards(message, now / SECOND)
+        self._velocity = message.velocity if isinstance(message, Steer) else self._towards(message, now / SECOND)
 
-    def command(self, now: int) -> list[tuple[Key, Command]]:
+    def command(self, now: int) -> list[tuple[Key, Steer]]:
         """Return the steering command at `now` (Unix ns), if a message has come since the last call."""
         velocity, self._velocity = self._velocity, None
         if velocity is None:
             return []
-        return [(self._key, Command(now, self._frame, limit(velocity, self._leader.speed)))]
+        return [(self._key, Steer(now, self._frame, limit(velocity, self._leader.speed)))]
 
     def _towards(self, pose: Pose, now: float) -> Vector | None:
         place = self._place

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from flockwire_core.ros.definitions import (
+    ACCELERATION,
     BATTERY,
     CLOCK,
     DIAGNOSTIC,
@@ -16,8 +17,9 @@ from flockwire_core.ros.definitions import (
     TWIST,
 )
 from flockwire_core.ros.graph import DEFAULT, LATCHED, Qos
-from flockwire_core.swarm.model import Swarm
+from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.swarm.ros import Ros, namespace_of
+from flockwire_core.wire.information import accelerates
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.plan import Plan
 
@@ -39,9 +41,10 @@ MARKER_ARRAY = Topic("/swarm/markers", MARKERS)
 SWARM_STATUS = Topic("/swarm/status", DIAGNOSTIC, LATCHED)
 SIM_CLOCK = Topic("/clock", CLOCK, Qos(reliable=False, depth=1))
 SHARED = (TF, TF_STATIC, DIAGNOSTIC_ARRAY, MARKER_ARRAY, SWARM_STATUS)
+CMD_ACCEL = "cmd_accel"  # of drones that are commanded accelerations
 OF_KEYS = {  # by the kind of key: topics of its owner
     "pose": (("pose", POSE), ("odom", ODOMETRY)),
-    "command": (("cmd_vel", TWIST),),
+    "command": (("cmd_vel", TWIST), (CMD_ACCEL, ACCELERATION)),
     "estimate": (("leader_estimate", ODOMETRY),),
     "telemetry": (("battery", BATTERY),),
 }
@@ -54,6 +57,7 @@ class Names:
         table = swarm.ros if swarm.ros is not None else Ros()
         self.namespace = namespace_of(swarm.name, table)
         self.world, self._prefix = swarm.frame, table.frame_prefix
+        self.accelerated = frozenset(uav(i) for i in swarm.followers if accelerates(swarm, i))
 
     def absolute(self, name: str) -> str:
         """Return the absolute name of a topic or service of the swarm."""
@@ -66,7 +70,12 @@ class Names:
 
 def topics_of(names: Names, key: Key) -> tuple[Topic, ...]:
     """Return the topics with the content of `key`."""
-    return tuple(Topic(names.absolute(f"{key.owner}/{last}"), kind) for last, kind in OF_KEYS.get(key.kind, ()))
+    found = OF_KEYS.get(key.kind, ())
+    return tuple(
+        Topic(names.absolute(f"{key.owner}/{last}"), kind)
+        for last, kind in found
+        if last != CMD_ACCEL or key.owner in names.accelerated
+    )
 
 
 def all_topics(plan: Plan) -> tuple[Topic, ...]:

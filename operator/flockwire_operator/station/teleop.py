@@ -10,7 +10,7 @@ import contextlib
 from pathlib import Path
 
 from flockwire_core import clock
-from flockwire_core.domain.airframe import Command
+from flockwire_core.domain.airframe import Steer
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add, limit, scale
 from flockwire_core.runtime.swarm_clock import SwarmClock
@@ -88,7 +88,7 @@ async def steer(plan: Plan, keys: Path, gamepad: Gamepad | None = None) -> bool:
                 now = clock.monotonic()
                 velocity = gamepad.velocity(now) if gamepad is not None else ZERO
                 velocity = velocity if velocity != ZERO else pressed.velocity(now)
-                command = Command(clock.now(), plan.swarm.frame, velocity)
+                command = Steer(clock.now(), plan.swarm.frame, velocity)
                 session.publish([(key, command) for key in keys_led])
                 await asyncio.sleep(PERIOD)
     return True

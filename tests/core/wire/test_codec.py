@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from flockwire_core.domain.airframe import Command, FlightState, Telemetry
+from flockwire_core.domain.airframe import Command, FlightState, Steer, Telemetry
 from flockwire_core.domain.bids import Bid, Bids
 from flockwire_core.domain.body import Body, BodyKind, Nearby
 from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
@@ -57,7 +57,8 @@ MESSAGES = (
         Estimate, stamps, frames, st.builds(LeaderMotion, vectors, vectors, vectors), stamps, st.integers(0, 255),
         st.sampled_from(Leading),
     ),
-    st.builds(Command, stamps, frames, vectors, numbers),
+    st.builds(Command, stamps, frames, vectors, numbers, vectors),
+    st.builds(Steer, stamps, frames, vectors),
     st.builds(Nearby, stamps, frames, st.lists(bodies, max_size=6).map(tuple)),
     st.builds(Telemetry, stamps, frames, st.sampled_from(FlightState), numbers, numbers, numbers, st.booleans()),
     st.builds(
@@ -95,7 +96,10 @@ def ros_content(message):  # noqa: PLR0911 (one for each kind)
                 ros_time(message.origin), message.hops, message.leading,
             )  # fmt: skip
         case Command():
-            return (T["Twist"](vector(message.velocity), vector((0.0, 0.0, message.yaw_rate))),)
+            turning = vector((0.0, 0.0, message.yaw_rate))
+            return (T["Twist"](vector(message.velocity), turning), vector(message.acceleration))
+        case Steer():
+            return (T["Twist"](vector(message.velocity), vector((0.0, 0.0, 0.0))),)
         case Nearby():
             return (
                 [

@@ -83,12 +83,26 @@ def test_commands_estimates_and_telemetry(ros_plan: Callable[..., Any], read: Ca
     mirror.receive(Key("estimate", "uav3"), Estimate(NOW, "world", motion))
     mirror.receive(Key("telemetry", "uav3"), Telemetry(NOW, "world", FlightState.FLYING, 0.625, 1.0, 0.0))
     found = by_name(mirror)
-    assert found["/flock/uav3/cmd_vel"] == [encode(command)]
-    assert read(found["/flock/uav3/cmd_vel"][0], "geometry_msgs/msg/TwistStamped").twist.angular.z == 0.4
+    twist = read(found["/flock/uav3/cmd_vel"][0], "geometry_msgs/msg/TwistStamped").twist
+    assert (twist.linear.y, twist.angular.z) == (0.2, 0.4)
+    assert "/flock/uav3/cmd_accel" not in found
     estimate = read(found["/flock/uav3/leader_estimate"][0], "nav_msgs/msg/Odometry")
     assert (estimate.pose.pose.position.y, estimate.twist.twist.linear.x) == (2.0, 0.4)
     battery = read(found["/flock/uav3/battery"][0], "sensor_msgs/msg/BatteryState")
     assert (battery.percentage, battery.header.frame_id) == (0.625, "uav3")
+
+
+def test_accelerations_of_a_law_that_commands_them(
+    ros_plan: Callable[..., Any], read: Callable[[bytes, str], Any]
+) -> None:
+    changes = {"control": {"law": "second_order"}, "drones.3.airframe": "multirotor"}
+    mirror = Mirror(ros_plan(changes))
+    command = Command(NOW, "world", (0.1, 0.2, 0.3), 0.0, (1.0, 2.0, 0.0))
+    for owner in ("uav2", "uav3"):
+        mirror.receive(Key("command", owner), command)
+    found = by_name(mirror)
+    assert read(found["/flock/uav3/cmd_accel"][0], "geometry_msgs/msg/AccelStamped").accel.linear.y == 2.0
+    assert "/flock/uav2/cmd_accel" not in found
 
 
 def test_the_trackers_frame_is_a_static_transform_sent_once(

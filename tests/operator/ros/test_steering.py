@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from flockwire_core.domain.airframe import Command
+from flockwire_core.domain.airframe import Steer
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.wire.codec import encode
@@ -32,11 +32,11 @@ def test_a_velocity_becomes_one_command_within_the_leaders_speed(steering: Calla
     leader = steering()
     assert leader.topic[:2] == ("/joy/cmd_vel", "geometry_msgs/msg/TwistStamped")
     assert leader.command(NOW) == []
-    leader.take(encode(Command(5, "world", (0.1, 0.0, 0.0))), NOW)
-    leader.take(encode(Command(6, "", (0.3, 0.0, 0.4))), NOW)
-    assert leader.command(NOW) == [(KEY, Command(NOW, "world", (0.3, 0.0, 0.4)))]
+    leader.take(encode(Steer(5, "world", (0.1, 0.0, 0.0))), NOW)
+    leader.take(encode(Steer(6, "", (0.3, 0.0, 0.4))), NOW)
+    assert leader.command(NOW) == [(KEY, Steer(NOW, "world", (0.3, 0.0, 0.4)))]
     assert leader.command(NOW + 1) == []  # silence is passed on as silence
-    leader.take(encode(Command(7, "world", (3.0, 0.0, 4.0))), NOW)
+    leader.take(encode(Steer(7, "world", (3.0, 0.0, 4.0))), NOW)
     ((_, command),) = leader.command(NOW)
     assert command.velocity == pytest.approx((0.3, 0.0, 0.4))
 
@@ -58,7 +58,7 @@ def test_a_place_is_followed_with_its_velocity(steering: Callable[..., Steering]
 
 def test_what_is_no_such_message_is_dropped_and_counted(steering: Callable[..., Steering]) -> None:
     leader = steering()
-    good = encode(Command(5, "world", (0.1, 0.0, 0.0)))
+    good = encode(Steer(5, "world", (0.1, 0.0, 0.0)))
     wrong = [
         good[:-1],
         b"",
@@ -66,10 +66,10 @@ def test_what_is_no_such_message_is_dropped_and_counted(steering: Callable[..., 
         good.replace(b"world", b"wor\xffd"),
         encode(Pose(5, "world", (0.0,) * 3))[:-40],
     ]
-    wrong.append(encode(Command(5, "world", (float("nan"), 0.0, 0.0))))
+    wrong.append(encode(Steer(5, "world", (float("nan"), 0.0, 0.0))))
     for payload in wrong:
         leader.take(payload, NOW)
-    leader.take(encode(Command(5, "base_link", (0.1, 0.0, 0.0))), NOW)
+    leader.take(encode(Steer(5, "base_link", (0.1, 0.0, 0.0))), NOW)
     assert leader.command(NOW) == []
     assert leader.counts == {"ROS steering malformed": len(wrong), "ROS steering of another frame": 1}
 
@@ -77,7 +77,7 @@ def test_what_is_no_such_message_is_dropped_and_counted(steering: Callable[..., 
 def test_numbers_too_large_to_compute_with_do_not_spoil_what_follows(steering: Callable[..., Steering]) -> None:
     for kind, spoilt in (
         ("PoseStamped", Pose(5, "world", (1e308, 0.0, 0.0))),
-        ("TwistStamped", Command(5, "", (0.0, -1e307, 0.0))),
+        ("TwistStamped", Steer(5, "", (0.0, -1e307, 0.0))),
     ):
         leader = steering(kind)
         leader.position((0.0, 0.0, 1.0))
@@ -85,7 +85,7 @@ def test_numbers_too_large_to_compute_with_do_not_spoil_what_follows(steering: C
             leader.take(encode(spoilt), NOW + k * SECOND // 100)
         assert leader.command(NOW) == []
         assert leader.counts == {"ROS steering out of range": 3}
-        good = Pose(6, "world", (0.1, 0.0, 1.0)) if kind == "PoseStamped" else Command(6, "", (0.2, 0.0, 0.0))
+        good = Pose(6, "world", (0.1, 0.0, 1.0)) if kind == "PoseStamped" else Steer(6, "", (0.2, 0.0, 0.0))
         leader.take(encode(good), NOW + SECOND // 10)
         ((_, command),) = leader.command(NOW + SECOND // 10)
         assert command.velocity == pytest.approx((0.2, 0.0, 0.0))
@@ -147,7 +147,7 @@ def test_a_point_that_flies_these_commands_reaches_a_moving_place(steering: Call
         place = (1.0 + 0.003 * k, -0.5, 1.2)  # 0.3 m/s, within the leader's 0.5 m/s
         leader.position(position)
         leader.take(encode(Pose(5, "world", place)), NOW + k * SECOND // 100)
-        ((_, command),) = leader.command(NOW + k * SECOND // 100) or [(KEY, Command(0, "world", (0.0, 0.0, 0.0)))]
+        ((_, command),) = leader.command(NOW + k * SECOND // 100) or [(KEY, Steer(0, "world", (0.0, 0.0, 0.0)))]
         assert sum(v * v for v in command.velocity) <= 0.25 + 1e-9
         position = tuple(x + 0.01 * v for x, v in zip(position, command.velocity, strict=True))
     assert position == pytest.approx(place, abs=0.01)

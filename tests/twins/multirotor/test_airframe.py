@@ -35,6 +35,17 @@ class Flight:
             self.fly((0.0, 0.0, 1.0), 2.3)
             self.fly((0.0, 0.0, 0.0), 2.5)
 
+    def accelerate(self, acceleration, seconds, is_sent=True):
+        """Command a velocity that changes by `acceleration` along x; return its velocity and tilt at each tick."""
+        found = []
+        for k in range(round(100 * seconds)):
+            change = (acceleration if is_sent else 0.0, 0.0, 0.0)
+            self.body.command((acceleration * (k + 1) / 100.0, 0.0, 0.0), self.now, 0.0, change)
+            self.now += TICK
+            self.body.advance(self.now)
+            found.append((self.body.velocity[0], hypot(*self.body.vehicle.up[:2])))
+        return found
+
     def fly(self, velocity, seconds, yaw_rate=0.0):
         """Return position and velocity of each tick."""
         self.body.command(velocity, self.now, yaw_rate)
@@ -101,6 +112,16 @@ def test_the_row_has_what_identification_finds(model, rotors):
     assert fit.gain.value == pytest.approx(1.0, abs=0.07)
     assert fit.lag.value == pytest.approx(row.lag, abs=near)
     assert fit.dead_time.value == pytest.approx(dead_time, abs=near)
+
+
+@every
+def test_with_an_acceleration_beside_the_velocity_it_tilts_at_once(model, rotors):
+    told, left = Flight(model, rotors), Flight(model, rotors)
+    a, b = told.accelerate(1.0, 1.5), left.accelerate(1.0, 1.5, is_sent=False)
+    assert a[14][1] > 1.5 * b[14][1] > 0.0
+    late = told.body.vehicle.loop.delays[0]
+    assert 1.5 - a[-1][0] == pytest.approx(late, abs=0.07)
+    assert 1.5 - b[-1][0] > 1.5 - a[-1][0] + 0.1
 
 
 def wind(x, gust=0.0):

@@ -45,13 +45,16 @@ class FlyingBody:
         self.battery = 1.0
         self._gain, self._endurance = parameters.gain, parameters.endurance
         self._dead_time, self._now = dead_time, now
-        self._input, self._yaw_rate = ZERO, 0.0
-        self._coming: deque[tuple[int, Vector, float]] = deque()  # effective time, command
+        self._input, self._yaw_rate, self._change = ZERO, 0.0, ZERO
+        self._coming: deque[tuple[int, Vector, float, Vector]] = deque()  # effective time, command
         self._wind: Wind | None = None  # None: calm
 
-    def command(self, velocity: Vector, now: int, yaw_rate: float = 0.0) -> None:
-        """Command a velocity (m/s, world frame) and a yaw rate (rad/s) at `now`; a climb command takes off."""
-        self._coming.append((now + self._dead_time, velocity, yaw_rate))
+    def command(self, velocity: Vector, now: int, yaw_rate: float = 0.0, acceleration: Vector = ZERO) -> None:
+        """Command a velocity (m/s, world frame) and a yaw rate (rad/s) at `now`; a climb command takes off.
+
+        `acceleration` (m/s^2) is how the velocity changes; only an airframe whose row `accelerates` uses it.
+        """
+        self._coming.append((now + self._dead_time, velocity, yaw_rate, acceleration))
         if self.state is GROUNDED and velocity[2] > 0.0:
             self.state = FLYING
 
@@ -89,14 +92,14 @@ class FlyingBody:
         """Freeze for `pause` ns without simulation; earlier commands are dropped."""
         self._now += pause
         self._coming.clear()
-        self._input = ZERO
+        self._input = self._change = ZERO
 
     def advance(self, now: int) -> None:
         """Advance to `now` (Unix ns)."""
         while self._coming and self._coming[0][0] <= now:
-            moment, velocity, yaw_rate = self._coming.popleft()
+            moment, velocity, yaw_rate, change = self._coming.popleft()
             self._fly(moment)
-            self._input, self._yaw_rate = scale(velocity, self._gain), yaw_rate
+            self._input, self._yaw_rate, self._change = scale(velocity, self._gain), yaw_rate, change
         self._fly(now)
 
     def _fly(self, until: int) -> None:

@@ -105,7 +105,7 @@ class KinematicsCore:
         """Receive a message."""
         match message:
             case Command():
-                self._commanded[key.owner].command(message.velocity, now, message.yaw_rate)
+                self._commanded[key.owner].command(message.velocity, now, message.yaw_rate, message.acceleration)
             case Mission():
                 for person in self._persons.values():
                     person.order(message, now)

@@ -39,7 +39,7 @@ class SimulatedDrone:
         state = self.airframe.state
         return state is FLYING or state is LANDING or self.airframe.falling
 
-    def command(self, velocity: Vector, now: int, yaw_rate: float = 0.0) -> None:
+    def command(self, velocity: Vector, now: int, yaw_rate: float = 0.0, acceleration: Vector = ZERO) -> None:
         """Pass the agent's command on, limited in speed; ignored while the driver lands the drone."""
         if self.land_at is not None and now >= self.land_at:
             return
@@ -51,7 +51,7 @@ class SimulatedDrone:
             if self.airframe.state is FlightState.LANDING or velocity[2] > 0.0:
                 return
             self._set_down = False
-        self.airframe.command(velocity, now, yaw_rate)
+        self.airframe.command(velocity, now, yaw_rate, acceleration)
 
     def advance(self, now: int) -> None:
         """Advance to `now`; hover or land if the agent has been silent for too long."""

@@ -43,7 +43,7 @@ class Multirotor(FlyingBody):
         self.vehicle = make_vehicle(p)
         self.failure = ""  # what stopped its motors
         self._dt, self._step, self._yaw, self._lag = p.step_s, nanoseconds(p.step_s), yaw, 0.0
-        self._followed = ZERO  # the command behind the lag, m/s
+        self._followed = self._changed = ZERO  # the command behind the lag, m/s, and how it changes, m/s²
         self._lifted = self.state is not GROUNDED
         self._place = position  # where it stands
         self._radius, self._empty, self._load = p.ground_effect_radius_m, p.sag_empty, p.sag_load
@@ -79,10 +79,11 @@ class Multirotor(FlyingBody):
         vehicle, dt, motors = self.vehicle, self._dt, self.state is not STOPPED
         wind = self._wind.at(self._now - self._step) if self._wind is not None else ZERO
         share = dt / (self._lag + dt)
-        self._followed = add(self._followed, scale(add(self._input, scale(self._followed, -1.0)), share))
+        self._followed = approach(self._followed, self._input, share)
+        self._changed = approach(self._changed, self._change, share)
         self._yaw += dt * self._yaw_rate
         voltage = 1.0 - self._empty * (1.0 - self.battery) - self._load * vehicle.thrust
-        vehicle.fly(self._followed, self._yaw, wind, self._lift(), voltage, motors)
+        vehicle.fly(self._followed, self._changed, self._yaw, wind, self._lift(), voltage, motors)
         if motors:
             relative = max(0.0, vehicle.thrust / self._hover)
             self.battery = max(0.0, self.battery - dt * relative * sqrt(relative) / self._endurance)
@@ -124,6 +125,11 @@ class Multirotor(FlyingBody):
         vehicle = self.vehicle
         self.velocity, self.orientation = vehicle.velocity, vehicle.orientation
         self.position = add(vehicle.position, scale(vehicle.velocity, dt))
+
+
+def approach(v: Vector, to: Vector, share: float) -> Vector:
+    """Return `v` nearer to `to` by `share`."""
+    return (v[0] + share * (to[0] - v[0]), v[1] + share * (to[1] - v[1]), v[2] + share * (to[2] - v[2]))
 
 
 def standing(swarm: Swarm, number: int, now: int, _: Callable[[], float]) -> SimulatedDrone:

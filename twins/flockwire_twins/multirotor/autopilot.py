@@ -1,10 +1,11 @@
 """The autopilot of a multirotor: velocity to thrust vector; with rotors also attitude, rates, and rotors.
 
-    f = K (v_c − v) − g − z,   z' = (v' − g − f_now − z) / T                                   (velocity, vertical K_z)
+    f = a_c + K (v_c − A a_c − v) − g − z,   z' = (v' − g − f_now − z) / T                 (velocity, vertical K_z, A_z)
     omega_c = K_a e,   J^-1 tau = K_r (omega_c − omega) − y,   y' = (omega' − J^-1 tau_now − y) / T       (rates)
     w_c = w + (w(f_k) − w) / (T_m (r1 + 2 r2 w))                                               (rotors)
 
-f is the thrust over the mass, m/s²: its tilt and size are limited, the vertical part first. z and y are integrators:
+f is the thrust over the mass, m/s²: its tilt and size are limited, the vertical part first. A is the time by which
+attitude and thrust follow: of a velocity that changes by a_c, v can have reached v_c − A a_c. z and y are integrators:
 what accelerates the vehicle beside its known thrust, as wind, drag, a wrong mass or a weak motor do. They compare with
 the thrust that acts, so a limit does not wind them up; z is limited as well.
 """
@@ -17,20 +18,21 @@ from flockwire_core.domain.quaternion import Quaternion, conjugate, rotate
 from flockwire_core.domain.vector import ZERO, Vector, limit
 from flockwire_core.process.driving import GRAVITY
 
-from flockwire_twins.multirotor.parameters import Autopilot, Rotors
+from flockwire_twins.multirotor.parameters import Autopilot, Parameters, Rotors
 from flockwire_twins.multirotor.rotors import MIX_X, MIX_Y, MIX_Z, Four, Law
 
 YAW_SHARE = 0.25  # of a rotor's thrust, for yaw
 
 
 class VelocityLoop:
-    """The outer loop with its integrator, for steps of `dt` s."""
+    """The outer loop with its integrator."""
 
-    def __init__(self, gains: Autopilot, dt: float) -> None:
+    def __init__(self, p: Parameters) -> None:
+        gains, self.delays = p.autopilot, p.delays_s  # A, A_z, s
         self.tilt_limited = self.thrust_limited = 0  # steps
         self.gain = 1.0  # share of K
         self._across, self._along = gains.velocity_gain_per_s, gains.vertical_gain_per_s
-        self._share, self._most = dt / gains.integrator_time_s, gains.integrator_limit_m_per_s2
+        self._share, self._most = p.step_s / gains.integrator_time_s, gains.integrator_limit_m_per_s2
         self._tangent = tan(gains.tilt_limit_rad)
         self._disturbance = ZERO
 
@@ -39,16 +41,19 @@ class VelocityLoop:
         self._disturbance = ZERO
 
     def thrust(
-        self, wanted: Vector, velocity: Vector, acceleration: Vector, acting: Vector, bounds: tuple[float, float]
-    ) -> Vector:
-        """Return f, m/s², world frame, of a size within `bounds`; `acting` is f_now."""
+        self, wanted: Vector, change: Vector, velocity: Vector, acceleration: Vector, acting: Vector,
+        bounds: tuple[float, float],
+    ) -> Vector:  # fmt: skip
+        """Return f, m/s², world frame, of a size within `bounds`; `change` is a_c, `acting` f_now."""
         share, (zx, zy, zz), (ax, ay, az) = self._share, self._disturbance, acceleration
         zx, zy = zx + share * (ax - acting[0] - zx), zy + share * (ay - acting[1] - zy)
         zz += share * (az + GRAVITY - acting[2] - zz)
         self._disturbance = zx, zy, zz = limit((zx, zy, zz), self._most)
         across, along, (least, most) = self.gain * self._across, self.gain * self._along, bounds
-        x, y = across * (wanted[0] - velocity[0]) - zx, across * (wanted[1] - velocity[1]) - zy
-        wished = along * (wanted[2] - velocity[2]) + GRAVITY - zz
+        level, steep = 1.0 - across * self.delays[0], 1.0 - along * self.delays[1]
+        x = level * change[0] + across * (wanted[0] - velocity[0]) - zx
+        y = level * change[1] + across * (wanted[1] - velocity[1]) - zy
+        wished = steep * change[2] + along * (wanted[2] - velocity[2]) + GRAVITY - zz
         z = min(max(wished, least), most)
         flat, tilted, left = hypot(x, y), self._tangent * z, sqrt(max(most * most - z * z, 0.0))
         room = min(tilted, left)

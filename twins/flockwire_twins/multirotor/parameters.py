@@ -84,6 +84,13 @@ class Parameters(Model):
     rotors: Rotors | None = None
     autopilot: Autopilot = Autopilot()
 
+    @property
+    def delays_s(self) -> tuple[float, float]:
+        """The times by which attitude and thrust follow their commands."""
+        if self.fitted is not None:
+            return self.fitted.tilt_damping_per_s / self.fitted.tilt_per_s2[0], self.fitted.thrust_lag_s
+        return 1.0 / self.autopilot.attitude_gain_per_s, self.autopilot.rotor_time_s
+
 
 @cache
 def _read(name: str, text: str) -> Parameters:

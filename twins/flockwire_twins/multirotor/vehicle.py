@@ -21,7 +21,7 @@ class Vehicle:
 
     def __init__(self, p: Parameters) -> None:
         self.wear = Wear()
-        self.loop = VelocityLoop(p.autopilot, p.step_s)
+        self.loop = VelocityLoop(p)
         self.position, self.velocity, self.orientation, self.thrust = ZERO, ZERO, LEVEL, 0.0
         self.up = UP
         self._mass, self._most = p.mass_kg, 4.0 * p.thrust_n[1]
@@ -36,13 +36,18 @@ class Vehicle:
         """Stop at `position`, as it lies."""
         raise NotImplementedError
 
-    def fly(self, wanted: Vector, yaw: float, wind: Vector, lift: float, voltage: float, motors: bool) -> None:
-        """Fly a step towards `wanted` (m/s) and `yaw` (rad); `lift` and `voltage` are shares of the usual ones."""
+    def fly(
+        self, wanted: Vector, change: Vector, yaw: float, wind: Vector, lift: float, voltage: float, motors: bool
+    ) -> None:
+        """Fly a step towards `wanted` (m/s), which changes by `change` (m/s²), and `yaw` (rad).
+
+        `lift` and `voltage` are shares of the usual ones.
+        """
         raise NotImplementedError
 
-    def _wanted(self, wanted: Vector, acceleration: Vector, acting: Vector, voltage: float) -> Vector:
+    def _wanted(self, wanted: Vector, change: Vector, acceleration: Vector, acting: Vector, voltage: float) -> Vector:
         self.loop.gain, (least, most) = self.wear.gains, self._bounds
-        return self.loop.thrust(wanted, self.velocity, acceleration, acting, (least, most * voltage * voltage))
+        return self.loop.thrust(wanted, change, self.velocity, acceleration, acting, (least, most * voltage * voltage))
 
 
 class FittedVehicle(Vehicle):
@@ -66,12 +71,14 @@ class FittedVehicle(Vehicle):
         s = self._state
         self._show(fitted.FittedState(position, ZERO, ZERO, s.roll, s.pitch, s.yaw, s.up, 0.0))
 
-    def fly(self, wanted: Vector, yaw: float, wind: Vector, lift: float, voltage: float, motors: bool) -> None:
+    def fly(
+        self, wanted: Vector, change: Vector, yaw: float, wind: Vector, lift: float, voltage: float, motors: bool
+    ) -> None:
         """Fly a step."""
         s, wear = self._state, self.wear
         command: Quaternion = (0.0, 0.0, 0.0, 0.0)
         if motors:
-            f = self._wanted(wanted, s.acceleration, scale(s.up, self._gain * s.thrust / self._mass), voltage)
+            f = self._wanted(wanted, change, s.acceleration, scale(s.up, self._gain * s.thrust / self._mass), voltage)
             size, heading, model = norm(f), s.yaw[0], self._model
             c, n = cos(heading), sin(heading)
             forward, left = c * f[0] + n * f[1], c * f[1] - n * f[0]
@@ -113,11 +120,13 @@ class RotorVehicle(Vehicle):
         q, still = self.orientation, (0.0, 0.0, 0.0, 0.0)
         self._show(RotorState(position, ZERO, ZERO, q, ZERO, still))
 
-    def fly(self, wanted: Vector, yaw: float, wind: Vector, lift: float, voltage: float, motors: bool) -> None:
+    def fly(
+        self, wanted: Vector, change: Vector, yaw: float, wind: Vector, lift: float, voltage: float, motors: bool
+    ) -> None:
         """Fly a step."""
         s, wear, command = self._state, self.wear, self._speeds
         if motors:
-            f = self._wanted(wanted, s.acceleration, scale(self.up, whole(self._forces) / self._mass), voltage)
+            f = self._wanted(wanted, change, s.acceleration, scale(self.up, whole(self._forces) / self._mass), voltage)
             size, (jx, jy, jz) = norm(f), self._inertia
             tx, ty, tz = self._model.torques(self._forces, rotors.quadratic(self._torque, s.speeds), ZERO)
             acting = (tx / jx, ty / jy, tz / jz)  # as it believes: of undamaged rotors, without damping
