@@ -43,13 +43,14 @@ orders = st.builds(
     Mission, stamps.filter(bool), st.just("world"), st.text(), stamps, st.text(), st.none() | changes, absent,
     givers, counts, versions, st.just(0),
 )  # fmt: skip
+short = st.text(max_size=60)  # a longer text of a status is shortened
 reports = st.builds(
-    Report, st.text(), st.text(), numbers, numbers, numbers, numbers, numbers, numbers, st.none() | orders,
-    latency=numbers, counts=st.lists(st.tuples(st.text(), counts), max_size=3).map(tuple),
+    Report, short, short, numbers, numbers, numbers, numbers, numbers, numbers, st.none() | orders,
+    latency=numbers, counts=st.lists(st.tuples(short, counts), max_size=3).map(tuple),
     position=st.none() | vectors, unnumbered=versions, order_age=numbers,
-    reasons=st.lists(st.builds(Reason, st.text(), st.text(), st.text()), max_size=3).map(tuple),
+    reasons=st.lists(st.builds(Reason, short, short, short), max_size=3).map(tuple),
     place=st.none() | st.integers(0, 2**31 - 1),
-    code=st.text(),
+    code=short,
 )  # fmt: skip
 MESSAGES = (
     st.builds(Pose, stamps, frames, vectors, st.tuples(numbers, numbers, numbers, numbers)),
@@ -68,8 +69,8 @@ MESSAGES = (
     st.builds(Bids, stamps, frames, st.builds(Version, stamps, givers), bids),
     st.builds(Stop, stamps, frames, st.text()),
     st.builds(
-        Status, stamps, st.just("world"), st.text(), reports, counts, counts, counts, counts, counts, numbers, counts,
-        st.lists(st.tuples(st.text(), counts), max_size=3).map(tuple), st.lists(st.text(), max_size=3).map(tuple),
+        Status, stamps, st.just("world"), short, reports, counts, counts, counts, counts, counts, numbers, counts,
+        st.lists(st.tuples(short, counts), max_size=3).map(tuple), st.lists(short, max_size=3).map(tuple),
         numbers, numbers,
     ),
     st.builds(TimeRequest, stamps, frames),
