@@ -32,9 +32,6 @@ DOCS = ROOT / "docs"
 INSTALLED = not Path(loading.__file__).is_relative_to(ROOT / "core")
 
 
-ALONE = {  # flights that failed beside other tests, by name: how often. They run after the others, one by one.
-    "test_an_agent_killed_in_flight_rejoins_and_finds_the_place_that_it_held_by_the_auction": "2 of 3; alone 0 of 3",
-}
 MACHINES = {"test_console", "test_containers", "test_hosts"}  # wait for a browser, an image, other machines
 
 
@@ -50,10 +47,7 @@ def group(module: Path) -> str:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item], config: pytest.Config) -> None:
-    """Mark those of ALONE; let the groups that take longest begin first; an installed wheel has no sources."""
-    for item in items:
-        if item.name in ALONE:
-            item.add_marker(pytest.mark.alone)
+    """Let the groups that take longest begin first; an installed wheel has no sources."""
     if INSTALLED:
         left = [item for item in items if item.get_closest_marker("sources")]
         config.hook.pytest_deselected(items=left)

@@ -71,6 +71,8 @@ BOTH_WAYS = "[[0, 1], [1, 2], [2, 1], [2, 3], [3, 2], [3, 4], [4, 3]]"
 FOLLOWERS = ("uav1", "uav2", "uav3", "uav4")
 
 
+@pytest.mark.long
+@pytest.mark.alone  # beside other tests a message was lost in 2 of 3 flights, alone in 0 of 3
 def test_an_agent_killed_in_flight_rejoins_and_finds_the_place_that_it_held_by_the_auction(in_flight: InFlight) -> None:
     # A landing that its driver began is final: the restart of a process must take less than that waits for.
     slow = "1.5\nstaleness = { command_land = 5.0 }"
