@@ -80,6 +80,7 @@ def on_a_tree(count: int) -> Swarm:
     return parse_swarm(table, "drawn")
 
 
+@pytest.mark.long
 def test_eight_followers_on_a_tree_agree_in_spite_of_lost_bids() -> None:
     swarm = on_a_tree(8)
     _, trace = fly_in_memory(Flight(swarm, 4, 16.0), lambda _: None)
@@ -94,10 +95,16 @@ def test_eight_followers_on_a_tree_agree_in_spite_of_lost_bids() -> None:
     assert sum(row[one.place] for row, one in zip(costs, held, strict=True)) <= (1.0 + TOLERANCE) * optimum
 
 
-def test_the_summary_judges_each_follower_by_the_place_that_it_holds(make_swarm: Callable[..., Any]) -> None:
+@pytest.fixture(scope="module")
+def settled(make_swarm: Callable[..., Any]) -> Trace:
+    """Return a flight from starts that are not near the places of their ranks."""
     elsewhere = {f"drones.{i}.start": [*start, 0.0] for i, start in enumerate(STARTS)}
-    swarm = make_swarm(AUCTION | elsewhere)
-    _, trace = fly_in_memory(Flight(swarm, 0, 8.0), lambda _: None)
+    swarm = make_swarm(AUCTION | elsewhere | {"checks.settle_within": 3.0})
+    return fly_in_memory(Flight(swarm, 0, 8.0), lambda _: None)[1]
+
+
+def test_the_summary_judges_each_follower_by_the_place_that_it_holds(settled: Trace) -> None:
+    trace, swarm = settled, settled.swarm
     start = next(order for order in trace.missions if order.verb == "start")
     held = {i: trace.held[i][-1].place for i in FOLLOWERS}
     assert held != {i: i - 1 for i in FOLLOWERS}  # else any place would do
@@ -112,9 +119,8 @@ def test_the_summary_judges_each_follower_by_the_place_that_it_holds(make_swarm:
     assert summary.formation_error_m.max_tail < 0.01
 
 
-def test_two_with_one_place_fail_the_check_of_places(make_swarm: Callable[..., Any]) -> None:
-    swarm = make_swarm(AUCTION | {"checks.settle_within": 3.0})
-    _, trace = fly_in_memory(Flight(swarm, 0, 8.0), lambda _: None)
+def test_two_with_one_place_fail_the_check_of_places(settled: Trace) -> None:
+    trace = settled
     start = next(order for order in trace.missions if order.verb == "start")
     shared = replace(trace, held={**trace.held, 2: (Held(start.stamp, start.version, trace.held[4][-1].place),)})
     assert shared_places(trace, 3.0) == ()
@@ -124,18 +130,24 @@ def test_two_with_one_place_fail_the_check_of_places(make_swarm: Callable[..., A
     assert not found.ok
 
 
-def test_commands_keep_to_the_acceleration_while_places_change(fly: Callable[..., Any]) -> None:
-    flown = fly(AUCTION, duration=7.0)
+@pytest.fixture(scope="module")
+def restarted(fly: Callable[..., Any]) -> Any:
+    """Return a flight in which uav2 is restarted after all have their places."""
+    return fly(AUCTION, {"at": 6.0, "kind": "restart", "process": "uav2"}, duration=11.0)
+
+
+def test_commands_keep_to_the_acceleration_while_places_change(restarted: Any) -> None:
+    flown = restarted
     limit, speed = flown.world.swarm.limits.acceleration, flown.world.swarm.limits.speed
     for i in FOLLOWERS:
-        commands = [(t, m.velocity) for t, m in flown.of("command", uav(i), 1.0, 7.0)]
+        commands = [(t, m.velocity) for t, m in flown.of("command", uav(i), 1.0, 6.0)]
         assert max(dist(v, (0.0, 0.0, 0.0)) for _, v in commands) <= speed + 1e-6
         for (s, u), (t, v) in pairwise(commands):
             assert dist(u, v) <= limit * (t - s) + 0.02
 
 
-def test_who_restarts_in_flight_finds_its_place_and_nobody_else_moves(fly: Callable[..., Any]) -> None:
-    flown = fly(AUCTION, {"at": 6.0, "kind": "restart", "process": "uav2"}, duration=11.0)
+def test_who_restarts_in_flight_finds_its_place_and_nobody_else_moves(restarted: Any) -> None:
+    flown = restarted
     before, after = places(flown, 0.0, 6.0), places(flown, 6.0)
     final = {i: before[i][-1] for i in FOLLOWERS}
     assert sorted(final.values()) == [0, 1, 2, 3]

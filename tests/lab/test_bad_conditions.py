@@ -109,7 +109,8 @@ def test_no_drone_comes_too_close_and_the_formation_is_kept(
     assert assert_safe(flown).error <= bound
 
 
-@pytest.mark.parametrize("seed", [71, pytest.param(105, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("seed", [71, 105])
 def test_more_sensing_radius_and_margin_compensate_clocks_that_hide_ages(
     seed: int, fly: Fly, make_swarm: Callable[..., Swarm]
 ) -> None:

@@ -24,7 +24,6 @@ from flockwire_core.swarm.model import uav
 from flockwire_lab.world import EPOCH, World
 
 Fly = Callable[..., Any]
-LAWS = ("paper", "extended")
 MOSTLY = ("extended", pytest.param("paper", marks=pytest.mark.long))
 KILLED = 4.0  # s after the take-off
 DRONES = tuple(uav(i) for i in range(5))
@@ -79,7 +78,7 @@ class OneShots:
 # The leader's process is killed, and nobody conducts: what follows is the pilots' own doing.
 
 
-@pytest.fixture(scope="module", params=LAWS)
+@pytest.fixture(scope="module", params=MOSTLY)
 def leaderless(request: pytest.FixtureRequest, fly: Fly) -> Any:
     """Return a flight whose leader is killed: its driver lands it."""
 
@@ -223,7 +222,7 @@ def test_who_joins_comes_near_no_drone_and_is_in_its_place(joined: Any) -> None:
     assert dist(own.position, [a + b for a, b in zip(leader.position, offset, strict=True)]) < 0.1
 
 
-@pytest.fixture(scope="module", params=["uav2", pytest.param("leader", marks=pytest.mark.long)])
+@pytest.fixture(scope="module", params=["uav2", "leader"])
 def restarted(request: pytest.FixtureRequest, fly: Fly) -> Any:
     """Return a flight in which a pilot is killed, restarted 3 s later, and a second order to start brings all back."""
 
@@ -234,6 +233,7 @@ def restarted(request: pytest.FixtureRequest, fly: Fly) -> Any:
     return fly(None, *(fault | {"process": request.param} for fault in faults), prepare=prepare)
 
 
+@pytest.mark.long
 def test_one_start_brings_all_back_after_a_pilot_was_away_for_three_seconds(restarted: Any) -> None:
     assert restarted.outcome.failure == ""
     land = next(t for t, m in restarted.of("mission", "") if m.verb == "land")

@@ -61,6 +61,7 @@ def test_clocks_that_are_apart_and_drift_are_brought_together() -> None:
     assert all(0.0 <= status.clock_bound < 0.05 for status in clocks.statuses.values())
 
 
+@pytest.mark.long
 def test_no_drone_takes_off_with_a_clock_that_is_not_known_well_enough() -> None:
     clocks = Clocks(swarm(delay=0.08))
     outcome = clocks.world.run()
@@ -127,7 +128,8 @@ def test_a_driver_that_restarts_without_a_time_server_receives_a_stop_at_once(se
     assert max(z for t, z in heights if t > at + nanoseconds(1.3)) < 0.1
 
 
-@pytest.mark.parametrize("seconds", [-60, pytest.param(60, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("seconds", [-60, 60])
 def test_a_driver_that_learns_the_time_in_flight_flies_on(seconds: int) -> None:
     """The correction of its clock ages no command that it has received."""
     table = tomllib.loads(SWARM.read_text())

@@ -33,7 +33,7 @@ at = 2.0
 kind = "restart"
 process = "uav2"
 [[faults]]
-at = 2.8
+at = 2.4
 kind = "noise"
 noise = 0.01
 duration = 0.5
@@ -54,7 +54,7 @@ from flockwire_lab.world import World
 swarm = load_swarm(Path("chance.toml"))
 for seed in {seeds}:
     trace = TraceFile(Path(f"{{seed}}.mcap"), swarm, "", seed)
-    World(swarm, seed, 4.0, load_faults(Path("faults.toml"), Plan(swarm)), trace.take).run()
+    World(swarm, seed, 3.0, load_faults(Path("faults.toml"), Plan(swarm)), trace.take).run()
     trace.close()
 """
     environment = {**os.environ, "PYTHONHASHSEED": str(hash_seed)}
@@ -64,7 +64,7 @@ for seed in {seeds}:
 
 def test_equal_seeds_give_equal_traces_and_others_do_not(tmp_path: Path) -> None:
     first, other = flown(tmp_path, 1, 7, 8)
-    assert flown(tmp_path, 2, 8, 7) == [other, first]  # in another order, too
+    assert flown(tmp_path, 2, 8) == [other]  # as the first of its process, too
     assert first != other
 
 

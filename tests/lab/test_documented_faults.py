@@ -47,8 +47,12 @@ def test_of_the_file_of_the_page_a_real_flight_refuses_what_the_page_says(
     assert "remove the table of the `clock`, and `loss` and `reordering` of the `link`" in page
 
 
-def test_the_file_of_the_page_has_every_kind_and_flies(tables: list[dict[str, Any]], fly: Callable[..., Any]) -> None:
+def test_the_file_of_the_page_has_every_kind(tables: list[dict[str, Any]]) -> None:
     assert {table["kind"] for table in tables} == KINDS.keys()
+
+
+@pytest.mark.long
+def test_the_file_of_the_page_flies(tables: list[dict[str, Any]], fly: Callable[..., Any]) -> None:
     flown = fly({"control.law": "extended"} | WEARS, *tables, duration=16.0)
     at = {table["kind"]: table["at"] for table in tables}
     assert all(phase != "landing" for i in (1, 2, 3, 4) for t, phase, _ in flown.phases(f"uav{i}") if t < at["kill"])

@@ -104,7 +104,10 @@ def flown(forged: Forged, seconds: float = 20.0, claimed: Phase | None = None) -
     return world, obeyed, liar
 
 
-@pytest.mark.parametrize("forged", [phase, formation, rival, hold, landing, same_version])
+SHOWN_WITH_A_STATION = (pytest.param(forged, marks=pytest.mark.long) for forged in (phase, formation, rival, hold))
+
+
+@pytest.mark.parametrize("forged", [landing, same_version, *SHOWN_WITH_A_STATION])
 def test_nobody_obeys_the_order_that_a_follower_only_claims_to_obey(forged: Forged) -> None:
     world, obeyed, liar = flown(forged)
     assert liar.forged is not None
@@ -135,5 +138,6 @@ def test_an_order_of_another_station_is_not_made_from_what_a_follower_claims(for
     wide = {order.start for order in obeyed.published if order.formation == "wide"}
     assert liar.forged is not None
     assert wide == honest
+    assert liar.forged not in obeyed.reported
     assert Version(liar.forged.stamp, liar.forged.giver) not in {order.version for order in obeyed.published}
     assert {obeyed.phases[name] for name in ("leader", "uav2")} == {Phase.FORMATION}

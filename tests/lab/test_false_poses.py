@@ -6,15 +6,16 @@ import pytest
 from bodies import KINDS, fly_honest, fly_lie
 
 
-@pytest.mark.parametrize("kind", ["frozen", "swap", "frame"])
+@pytest.mark.parametrize("kind", ["frozen", "swap"])
 def test_whoever_gets_false_poses_lands_inside_the_fence_and_meets_nobody(kind: str) -> None:
     _, well = fly_lie(kind, 1)
     assert well
 
 
 @pytest.mark.parametrize(
-    "seed", [0, 1, pytest.param(1063, marks=pytest.mark.long)]
-)  # Tellos in a wind that they cannot fly against
+    "seed",
+    [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 1063))],  # 1063: a wind too strong for its Tellos
+)
 def test_nobody_who_gets_its_own_poses_is_taken_for_another(seed: int) -> None:
     assert fly_honest(seed)
 

@@ -219,6 +219,7 @@ def test_a_search_with_a_corpus_flies_first_what_an_earlier_one_found(
     assert not (tmp_path / "new").exists()
 
 
+@pytest.mark.long
 def test_a_search_tells_which_flights_of_its_corpus_became_worse(
     files: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
