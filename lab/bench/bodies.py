@@ -241,7 +241,7 @@ def fly_lie(kind: str, seed: int) -> tuple[Watch, bool]:
     sources: Any = gateway.SOURCES
     usual = sources["simulated"]
     globals()["make_lying_source"] = partial(LyingSource, lie=lie)
-    sources["simulated"] = f"{__name__}:make_lying_source"
+    sources["simulated"] = gateway.SourceRow(f"{__name__}:make_lying_source")
     try:
         outcome = World(swarm, seed, DURATION, parse_faults({"faults": faults}, Plan(swarm), "bench"), watch.take).run()
     finally:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping
 from statistics import median
+from typing import NamedTuple
 
 from flockwire_core.domain.body import Nearby
 from flockwire_core.domain.order import Mission
@@ -33,14 +34,29 @@ from flockwire_mocap.relative_sensor import RelativeSensor
 from flockwire_mocap.tracking import NO_FRAMES, Source
 
 TAKE_OFF = ("prepare", "takeoff")  # the orders that name drones which are not on the field
-SOURCES: Mapping[str, str] = {  # "module:class", by gateway.source
-    "simulated": "flockwire_twins.trackers.cameras:SimulatedSource",
-    "natnet": "flockwire_mocap.natnet.source:NatNetSource",
-    "vrpn": "flockwire_mocap.vrpn.source:VrpnSource",
-    "qualisys": "flockwire_mocap.qualisys.source:QualisysSource",
-    "vicon": "flockwire_mocap.vicon.source:ViconSource",
-    "ros": "flockwire_mocap.ros.source:RosSource",
-    "replay": "flockwire_mocap.replay.source:ReplaySource",
+
+
+class SourceRow(NamedTuple):
+    """One kind of source, by names "module:name": a gateway imports only its own.
+
+    `source` makes it from a Start. `connected` is its connection, an asynchronous context of the source and of what to
+    call after each arrival; empty: it has none.
+    """
+
+    source: str
+    connected: str = ""
+
+
+SOURCES: Mapping[str, SourceRow] = {  # by gateway.source
+    "simulated": SourceRow("flockwire_twins.trackers.cameras:SimulatedSource"),
+    "natnet": SourceRow("flockwire_mocap.natnet.source:NatNetSource", "flockwire_mocap.natnet.client:connected"),
+    "vrpn": SourceRow("flockwire_mocap.vrpn.source:VrpnSource", "flockwire_mocap.vrpn.client:VrpnClient"),
+    "qualisys": SourceRow(
+        "flockwire_mocap.qualisys.source:QualisysSource", "flockwire_mocap.qualisys.client:QualisysClient"
+    ),
+    "vicon": SourceRow("flockwire_mocap.vicon.source:ViconSource", "flockwire_mocap.vicon.client:ViconClient"),
+    "ros": SourceRow("flockwire_mocap.ros.source:RosSource", "flockwire_mocap.ros.client:RosClient"),
+    "replay": SourceRow("flockwire_mocap.replay.source:ReplaySource", "flockwire_mocap.replay.source:loaded"),
 }
 
 
@@ -49,7 +65,7 @@ class GatewayCore(Ground):
 
     def __init__(self, swarm: Swarm, source: Source, now: int = 0, store: Store | None = None) -> None:
         super().__init__()
-        self.source = source
+        self.source, self.kind = source, swarm.gateway.source
         self.triggers = source.triggers
         self.prompt = frozenset({MISSION, PROPOSAL})
         self.period = 1.0 / swarm.gateway.rate_hz
@@ -217,4 +233,4 @@ def _kept(store: Store | None) -> Mission | None:
 def make_core(start: Start) -> GatewayCore:
     """Return the gateway's core, with the source that the swarm file names."""
     swarm = start.plan.swarm
-    return GatewayCore(swarm, load_object(SOURCES[swarm.gateway.source])(start), start.now, start.store)
+    return GatewayCore(swarm, load_object(SOURCES[swarm.gateway.source].source)(start), start.now, start.store)

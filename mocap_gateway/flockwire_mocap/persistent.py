@@ -6,8 +6,9 @@ import asyncio
 import importlib
 import logging
 import socket
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable
+from contextlib import AbstractAsyncContextManager
 from typing import Any, ClassVar, Generic, TypeVar
 
 from flockwire_core.extras import remedy
@@ -18,7 +19,7 @@ from flockwire_mocap.streamed import StreamedSource
 Streamed = TypeVar("Streamed", bound=StreamedSource)
 
 
-class PersistentConnection(ABC, Generic[Streamed]):
+class PersistentConnection(AbstractAsyncContextManager[None], Generic[Streamed]):
     """Connects, and reconnects `PAUSE` s after each end, for any reason, which `source` reports.
 
     It feeds `source`, and calls `drained` after all that had arrived.
@@ -39,6 +40,12 @@ class PersistentConnection(ABC, Generic[Streamed]):
         if self._task is not None:
             self._task.cancel()
             await asyncio.gather(self._task, return_exceptions=True)
+
+    async def __aenter__(self) -> None:
+        self.open()
+
+    async def __aexit__(self, *_: object) -> None:
+        await self.close()
 
     @abstractmethod
     async def connected(self) -> str:

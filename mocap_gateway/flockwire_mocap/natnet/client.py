@@ -6,12 +6,13 @@ import asyncio
 import contextlib
 import socket
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
 
 from flockwire_core import clock
 
 from flockwire_mocap.natnet.packets import DATA_PORT, GROUP
 from flockwire_mocap.natnet.session import SILENCE, NatNetSession
+from flockwire_mocap.natnet.source import NatNetSource
 from flockwire_mocap.tracking import TrackerFrame
 
 BUFFER = 1 << 20  # bytes of the socket's queue: a second of frames and more
@@ -145,3 +146,18 @@ class NatNetClient:
         self._joined = group
         for sock in left:
             self._leave(sock)
+
+
+@contextlib.asynccontextmanager
+async def connected(source: NatNetSource, drained: Callable[[], None]) -> AsyncIterator[None]:
+    """Feed `source` during the context; raises OSError if the interface does not exist."""
+    interface = source.session.table.interface
+    client = NatNetClient(source.session, source.arrived, drained)
+    try:
+        await client.open()
+    except OSError as error:
+        raise OSError(f"gateway.natnet.interface = {interface!r}: {error.strerror or error}") from error
+    try:
+        yield
+    finally:
+        client.close()

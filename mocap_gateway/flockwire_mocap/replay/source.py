@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import re
 from bisect import bisect_right
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import AsyncIterator, Iterable, Iterator, Sequence
+from contextlib import asynccontextmanager
 from pathlib import Path
 from struct import error as StructError  # noqa: N812
 from typing import NamedTuple
@@ -20,6 +22,8 @@ from flockwire_core.trace_files import parts
 from flockwire_core.wire.cdr import MessageError
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key
+from mcap.exceptions import McapError
+from mcap.reader import NonSeekingReader
 
 from flockwire_mocap.ros.naming import BodyNames, LengthError
 from flockwire_mocap.streamed import coordinates_of
@@ -116,10 +120,19 @@ class OwnNames:
         return self._bodies.get(match[1]) if match else None
 
 
+@asynccontextmanager
+async def loaded(source: ReplaySource, _: object) -> AsyncIterator[None]:
+    """Have `source` serve its trace during the context; raises OSError if that cannot be read."""
+    trace = source.table.trace
+    try:
+        source.load(await asyncio.to_thread(read_poses, Path(trace), source.swarm))
+    except OSError as error:
+        raise OSError(f"gateway.replay.trace = {trace!r}: {error.strerror or error}") from error
+    yield
+
+
 def read_poses(path: Path, swarm: Swarm) -> list[RecordedPose]:
     """Return all poses of a recording, of all its parts, in the order of their time; raises OSError without any."""
-    from mcap.exceptions import McapError  # noqa: PLC0415  (no other source needs it)
-
     table = swarm.gateway.replay
     names = BodyNames(table, swarm) if table.foreign else OwnNames(swarm)
     found, others, times = list[RecordedPose](), dict[str, None](), Times()
@@ -141,8 +154,6 @@ def read_poses(path: Path, swarm: Swarm) -> list[RecordedPose]:
 
 def _poses_in(path: Path, names: BodyNames | OwnNames, others: dict[str, None], times: Times) -> Iterator[RecordedPose]:
     """Yield the poses on the topics that match `names`, as they come; add the topics of all others to `others`."""
-    from mcap.reader import NonSeekingReader  # noqa: PLC0415  (no other source needs it)
-
     with path.open("rb") as file:
         reader = NonSeekingReader(file, validate_crcs=True)
         for schema, channel, record in reader.iter_messages(log_time_order=False):

@@ -19,7 +19,7 @@ from flockwire_core.wire.processes import GATEWAY
 from flockwire_mocap.ros.source import RosSource
 
 
-class RosClient:
+class RosClient(contextlib.AbstractAsyncContextManager[None]):
     """Receives the topics of `source`; calls `drained` after each message."""
 
     def __init__(self, source: RosSource, drained: Callable[[], None]) -> None:
@@ -38,6 +38,12 @@ class RosClient:
         self._ended.set()
         if self._task is not None:
             await asyncio.wait((self._task,))
+
+    async def __aenter__(self) -> None:
+        self.open()
+
+    async def __aexit__(self, *_: object) -> None:
+        await self.close()
 
     def _over(self, task: asyncio.Task[None]) -> None:
         if not task.cancelled() and (error := task.exception()) is not None:
