@@ -16,7 +16,7 @@ from flockwire_lab.search.record import DRIVER_LANDS, DRIVER_STOPS
 from rare_draws import RARE_KINDS, rare_faults
 from stacked import drawn as stacked
 
-FLIGHTS = 8
+FLIGHTS = 4
 RARE, TELLO = 18, 3  # with --rare a small swarm and orders of a second station; airframes with drivers
 
 
@@ -35,7 +35,7 @@ def test_drivers_and_pilots_react(flown: list[Result]) -> None:
 
 
 def test_a_seed_draws_the_same_flight_again(flown: list[Result]) -> None:
-    assert fly(7) == flown[7]
+    assert fly(0) == flown[0]
 
 
 def test_every_kind_of_fault_is_drawn() -> None:
@@ -72,12 +72,14 @@ def test_a_hard_touch_down_would_be_seen(flown: list[Result]) -> None:
     "seed",
     [
         pytest.param(1464, id="drivers that stood still while told to end"),
-        pytest.param(2301, id="a landing into the hollow between two on the ground and the fence"),
-        pytest.param(4087, id="an agent restarted in flight that does not hear its driver"),
-        pytest.param(470, id="a body that is lost above one who is about to touch down"),
+        pytest.param(
+            2301, id="a landing into the hollow between two on the ground and the fence", marks=pytest.mark.long
+        ),
+        pytest.param(4087, id="an agent restarted in flight that does not hear its driver", marks=pytest.mark.long),
+        pytest.param(470, id="a body that is lost above one who is about to touch down", marks=pytest.mark.long),
         pytest.param(1767, id="a stop after the drivers' clock was set back"),
         pytest.param(3319, id="a pilot's clock is set back before it takes off"),
-        pytest.param(183, id="a pilot's clock is set back in formation"),
+        pytest.param(183, id="a pilot's clock is set back in formation", marks=pytest.mark.long),
     ],
 )
 def test_what_went_wrong_once(seed: int) -> None:
@@ -90,8 +92,8 @@ def test_what_went_wrong_once(seed: int) -> None:
         pytest.param(320390, id="without poses beneath one that its driver lands, beside another one"),
         pytest.param(321151, id="without poses between two that land"),
         pytest.param(320093, id="a pilot that wakes up in the take-off of before"),
-        pytest.param(322183, id="a Tello that takes off as the flight ends, its driver frozen"),
-        pytest.param(1820, id="a landing that holds again before the log numbers it"),
+        pytest.param(322183, id="a Tello that takes off as the flight ends, its driver frozen", marks=pytest.mark.long),
+        pytest.param(1820, id="a landing that holds again before the log numbers it", marks=pytest.mark.long),
         pytest.param(2515, id="a landing numbered after another one that never arrived"),
         pytest.param(552, id="an order given while its driver sets it down"),
         pytest.param(271, id="two names exchanged half a metre apart"),

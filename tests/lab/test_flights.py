@@ -38,8 +38,14 @@ def formation_error(flown, follower: int, t: float) -> float:
     return math.dist(own.position, [a + b for a, b in zip(leader.position, h, strict=True)])
 
 
-def test_a_flight_takes_off_settles_and_lands(fly: Fly) -> None:
-    flown = fly()
+@pytest.fixture(scope="module")
+def plain(fly: Fly) -> object:
+    """Return a flight in which nothing is wrong."""
+    return fly()
+
+
+def test_a_flight_takes_off_settles_and_lands(plain) -> None:
+    flown = plain
     assert flown.outcome.failure == ""
     assert [verb for verb, _ in groupby(m.verb for _, m in flown.of("mission", ""))] == ["takeoff", "start", "land"]
     assert max(formation_error(flown, i, 7.5) for i in (1, 2, 3, 4)) < 0.05
@@ -48,8 +54,8 @@ def test_a_flight_takes_off_settles_and_lands(fly: Fly) -> None:
     assert landed.state is FlightState.GROUNDED
 
 
-def test_every_process_says_what_the_key_table_has_it_say_and_at_its_rate(fly: Fly) -> None:
-    flown = fly()
+def test_every_process_says_what_the_key_table_has_it_say_and_at_its_rate(plain) -> None:
+    flown = plain
     for key in ("truth", "pose", "nearby", "estimate", "command"):
         assert len(flown.of(key, "uav2", 1.0, 7.0)) == pytest.approx(600, abs=3), key
     for owner in ("gateway", "kinematics", "leader", "uav1", "recorder"):
@@ -260,9 +266,8 @@ def test_a_drone_whose_law_raises_in_flight_holds_its_place_and_reports_why(
     assert flown.outcome.failure == ""
 
 
-def test_what_is_received_is_what_was_published_bit_by_bit(fly: Fly) -> None:
-    flown = fly(duration=4.0)
-    for _, published, message in flown.published:
+def test_what_is_received_is_what_was_published_bit_by_bit(plain) -> None:
+    for _, published, message in plain.published:
         if isinstance(message, Pose | Estimate):
             assert encode(message) == published.sample.payload
 
