@@ -55,6 +55,7 @@ def test_without_a_leader_all_agree_on_a_place_and_keep_its_height(fly_led: Call
     assert len(graph_picture(trace.swarm.topology).nodes) == 3
 
 
+@pytest.mark.long
 def test_three_leaders_fly_their_own_paths_and_contain_the_others(fly_led: Callable[..., Trace]) -> None:
     trace = fly_led([1, 2, 3], range(1, 6), "containment:Containment", HULL, leader=PATHS)
     assert [check.name for check in summarise(trace).checks if not check.ok] == []

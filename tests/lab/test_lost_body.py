@@ -121,10 +121,10 @@ def fly(seed: int) -> Result:
     "seed",
     [
         pytest.param(4, id="one below it, which it lands through"),
-        pytest.param(36, id="one above it, unseen for 1.5 s"),
+        pytest.param(36, id="one above it, unseen for 1.5 s", marks=pytest.mark.long),
         pytest.param(54, id="one above it that lands beside it"),
-        pytest.param(50, id="others on a circle across its place"),
-        pytest.param(56, id="others on a circle across its place, closer"),
+        pytest.param(50, id="others on a circle across its place", marks=pytest.mark.long),
+        pytest.param(56, id="others on a circle across its place, closer", marks=pytest.mark.long),
         *(pytest.param(seed, marks=pytest.mark.long) for seed in range(100, 120)),
     ],
 )

@@ -111,6 +111,7 @@ def test_what_is_wrong_with_one_from_a_moment_on_is_compensated(fly: Callable[..
     assert tail(flown, 13.0) <= 0.05
 
 
+@pytest.mark.long
 def test_the_same_seed_gives_the_same_bytes(fly: Callable[..., Any]) -> None:
     a, b = (fly(five(rotors=True) | GUSTS, seed=3, duration=2.5) for _ in range(2))
     assert [m for _, _, m in a.published] == [m for _, _, m in b.published]

@@ -8,14 +8,14 @@ from order_sequences import fly
 LOST = (100046,)  # a landing and a hold ended no start that was under way
 
 
-@pytest.mark.parametrize("seed", [*LOST, *range(7)])
+@pytest.mark.parametrize("seed", [*LOST, *range(3)])
 def test_the_last_hold_or_landing_of_a_sequence_holds(seed: int) -> None:
     found = fly(seed)
     assert found.wrong == "", str(found.sequence)
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("seed", range(7, 100))
+@pytest.mark.parametrize("seed", range(3, 100))
 def test_more_sequences(seed: int) -> None:
     found = fly(seed)
     assert found.wrong == "", str(found.sequence)
