@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import cast
+
 from flockwire_core.control.around.way_of_mover import WayOfMover
 from flockwire_core.domain.airframe import Steer
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, subtract
+from flockwire_core.objects import load_object
 from flockwire_core.parameters import detour_parameters, guard_parameters, pilot_parameters
 from flockwire_core.pilot.leadership import LeaderSign
 from flockwire_core.pilot.neighbourhood import LEADING_PHASES
 from flockwire_core.pilot.pilot import Pilot
-from flockwire_core.process.cores import Start
+from flockwire_core.process.cores import Core, Start
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import MISSION, Key
@@ -21,8 +25,11 @@ from flockwire_core.wire.status import Report
 from flockwire_leader.course import Course
 from flockwire_leader.lead_messages import LeadMessages
 from flockwire_leader.teleoperation import Teleoperation
-from flockwire_leader.tracked import TrackedLeader
-from flockwire_leader.virtual import VirtualLeader
+
+GROUNDED: Mapping[str, str] = {  # the leaders without an airframe of their own, by kind: "module:class"
+    "tracked": "flockwire_leader.tracked:TrackedLeader",
+    "virtual": "flockwire_leader.virtual:VirtualLeader",
+}
 
 
 class FlyingLeader:
@@ -104,13 +111,10 @@ class FlyingLeader:
         return self._mover.left(wanted, ZERO, pilot.bodies, subtract(motion.stopping, motion.position))
 
 
-def make_core(start: Start) -> FlyingLeader | TrackedLeader | VirtualLeader:
+def make_core(start: Start) -> Core:
     """Return the core of one leader, by its kind."""
     swarm, number = start.plan.swarm, start.drone
-    match swarm.leading[number].kind:
-        case "tracked":
-            return TrackedLeader(swarm, number)
-        case "virtual":
-            return VirtualLeader(swarm, number)
-        case _:
-            return FlyingLeader(swarm, number, start.now)
+    grounded = GROUNDED.get(swarm.leading[number].kind)
+    if grounded is None:
+        return FlyingLeader(swarm, number, start.now)
+    return cast("Core", load_object(grounded)(swarm, number))

@@ -15,6 +15,7 @@ from flockwire_core.runtime.shell import status_publisher
 from flockwire_core.runtime.swarm_clock import SwarmClock
 from flockwire_core.runtime.ticker import Ticker
 from flockwire_core.runtime.topics import in_order, recorded_topic
+from flockwire_core.trace_files import next_part
 from flockwire_core.wire.keys import ROWS
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.plan import Plan
@@ -23,7 +24,6 @@ from flockwire_core.wire.status import Report, counted
 
 from flockwire_recorder.core import PERIOD, RecorderCore
 from flockwire_recorder.full import TraceFullError
-from flockwire_recorder.parts import next_part
 from flockwire_recorder.trace import TraceWriter, describe, log_time_of, publication_time
 
 

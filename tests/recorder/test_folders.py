@@ -2,7 +2,7 @@ from datetime import timedelta
 
 import pytest
 from flockwire_core import clock
-from flockwire_recorder.parts import SAME_FLIGHT, dated_folder, newest_folder
+from flockwire_recorder.folders import SAME_FLIGHT, dated_folder, newest_folder
 from flockwire_recorder.trace import TraceWriter, describe
 
 T0 = 1_790_000_000_000_000_000

@@ -12,9 +12,9 @@ from flockwire_analysis.reading import read_trace
 from flockwire_analysis.summary import summarise
 from flockwire_core import clock
 from flockwire_core.domain.pose import Pose
-from flockwire_core.trace_files import parts
+from flockwire_core.trace_files import next_part, parts
 from flockwire_core.wire.codec import encode
-from flockwire_recorder.parts import SAME_FLIGHT, next_part, same_flight
+from flockwire_recorder.folders import SAME_FLIGHT, same_flight
 from flockwire_recorder.recover import Recovered, recover
 from flockwire_recorder.trace import TraceWriter, describe
 from mcap.reader import make_reader

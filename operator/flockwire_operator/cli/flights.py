@@ -139,7 +139,7 @@ def conduct(
     verbose: Verbose = False,
 ) -> None:
     """Fly a swarm whose processes already run (containers, services): take off, formation, land, report."""
-    from flockwire_recorder.parts import newest_folder, newest_size  # noqa: PLC0415
+    from flockwire_recorder.folders import newest_folder, newest_size  # noqa: PLC0415
 
     from flockwire_operator.cli.verdict import conclude, verdict  # noqa: PLC0415
     from flockwire_operator.station import conduct as conducting  # noqa: PLC0415

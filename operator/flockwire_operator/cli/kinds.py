@@ -101,7 +101,7 @@ def _serve(row: Process, given: Namespace) -> int:
     if given.dated:
         out = _dated(out, plan)
     elif row.records and not child:  # a restarted child continues in the same flight
-        from flockwire_recorder.parts import same_flight  # noqa: PLC0415  (the trace's format)
+        from flockwire_recorder.folders import same_flight  # noqa: PLC0415  (the trace's format)
 
         if not same_flight(out, plan.swarm, clock.utc()):
             refuse_a_second_trace(out)
@@ -129,7 +129,7 @@ def _with_faults(job: Job, file: Path, took_off: int | None) -> Job:
 
 
 def _dated(out: Path, plan: Plan) -> Path:
-    from flockwire_recorder.parts import dated_folder  # noqa: PLC0415  (only a recorder needs it)
+    from flockwire_recorder.folders import dated_folder  # noqa: PLC0415  (only a recorder needs it)
 
     try:
         return dated_folder(out, plan.swarm, clock.local())

@@ -1,34 +1,22 @@
-"""The files of a recorder: the parts of a flight's trace, and the folders of a recorder for several flights.
+"""The folders of a recorder for several flights: one for each start, named by the time.
 
-    trace.mcap, trace-2.mcap, trace-3.mcap, ...
-
-A recorder that restarts in flight continues in a file beside the first. Nothing is appended to a truncated file: each
-part is read up to its end. A dated recorder makes a folder at each start, named by the time; after a crash it continues
-in the folder of the truncated trace.
+After a crash it continues in the folder of the truncated trace.
 """
 
 from __future__ import annotations
 
 from datetime import datetime
-from itertools import chain
 from pathlib import Path
 
 from flockwire_core.swarm.model import Swarm
-from flockwire_core.trace_files import further, parts
+from flockwire_core.trace_files import FIRST, parts
 from mcap.records import Metadata
 from mcap.writer import MCAP0_MAGIC
 
 from flockwire_recorder.records import WholeRecords
 from flockwire_recorder.trace import METADATA
 
-FIRST = "trace.mcap"
 SAME_FLIGHT = 600.0  # s after the last record within which a restarted recorder continues the flight
-
-
-def next_part(folder: Path) -> Path:
-    """Return the file for the next recorder of the flight in `folder`."""
-    first = folder / FIRST
-    return next(path for path in chain((first,), further(first)) if not path.exists())
 
 
 def same_flight(folder: Path, swarm: Swarm, now: datetime) -> bool:
