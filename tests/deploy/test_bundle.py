@@ -118,12 +118,12 @@ def test_a_law_beside_the_swarm_file_travels_with_it(
 ):
     line = ["deploy", swarm_file, "--target", "systemd", "--wheels", wheels, "--out", tmp_path / "out"]
     (tmp_path / "mine.py").write_text(example("own_law", "python"))
-    for law in ("mine.py:PullTogether", "mine:PullTogether"):
+    for law in ("mine.py:MyLaw", "mine:MyLaw"):
         swarm_file.write_text(tomli_w.dumps(swarm_table({**HOSTS, "control.law": law})))
         assert flockwire(*line).returncode == 0
         assert (tmp_path / "out" / "pi1" / "swarm" / "mine.py").read_text() == example("own_law", "python")
         shutil.rmtree(tmp_path / "out")
-    elsewhere = {"control.law": f"{tmp_path}/installed/my_law.py:PullTogether"}
+    elsewhere = {"control.law": f"{tmp_path}/installed/my_law.py:MyLaw"}
     swarm_file.write_text(tomli_w.dumps(swarm_table({**HOSTS, **elsewhere})))
     assert "must lie in the swarm file's folder" in refused(flockwire(*line))
 

@@ -13,6 +13,7 @@ from flockwire_core.swarm.model import Swarm
 
 from flockwire_lab.coverage import events
 from flockwire_lab.flight import TraceInMemory
+from flockwire_lab.study.expenditure import Traffic
 from flockwire_lab.study.file import Study, StudyError
 from flockwire_lab.study.variation import Table, vary
 from flockwire_lab.world import World
@@ -86,7 +87,8 @@ def fly(task: Task) -> Result:
         return Result(task.point, task.run, seed, False, ("refused",), str(error).replace("\n", "; "), 0.0, {}, {})
     try:
         trace = TraceInMemory(varied.swarm, seed)
-        outcome = World(varied.swarm, seed, plan.duration, varied.faults, trace.take).run()
+        traffic = Traffic(trace.take)
+        outcome = World(varied.swarm, seed, plan.duration, varied.faults, traffic.take).run()
         recorded = trace.trace()
         summary = summarise(recorded)
     except Exception as error:  # a user's law may raise anything; the study continues
@@ -97,7 +99,8 @@ def fly(task: Task) -> Result:
     reasons = [*([outcome.failure] if outcome.failure else []), *(check.sentence() for check in bad)]
     return Result(
         task.point, task.run, seed, not failed, failed, "; ".join(reasons), _margin(varied.swarm, summary),
-        varied.drawn, {one.key: one.of(summary) for one in QUANTITIES}, events(recorded),
+        varied.drawn, {one.key: one.of(summary) for one in QUANTITIES} | traffic.costs(recorded, outcome.seconds),
+        events(recorded),
     )  # fmt: skip
 
 

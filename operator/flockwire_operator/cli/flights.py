@@ -1,4 +1,4 @@
-"""Commands for flights: `check`, `up`, `conduct`, `sim`, `study`, `probe`."""
+"""Commands for flights: `check`, `up`, `conduct`, `sim`, `study`, `compare-laws`, `probe`."""
 
 from __future__ import annotations
 
@@ -262,6 +262,40 @@ def study(
         if replay is not None:
             raise typer.Exit(searches.replay(swarm, replay, seed, duration, mode))
         raise typer.Exit(searches.search(swarm, file, drawn, mode, folder, cores, scheduler, first, corpus))
+    except (StudyError, SwarmFileError) as error:
+        refuse(str(error))
+    except OSError as error:
+        unwritable(folder, error)
+
+
+@app.command(name="compare-laws")
+def compare_laws(
+    swarm: SwarmFile,
+    laws: Annotated[
+        list[str], typer.Argument(metavar="LAW...", help="As control.law; with parameters: consensus,gain=0.5.")
+    ],
+    out: Annotated[
+        Path | None, typer.Option(help="Folder; a second call continues in it [runs/NAME-laws-TIME].")
+    ] = None,
+    runs: Annotated[int, typer.Option(min=1, help="Flights of each law.")] = 20,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the whole comparison.")] = 0,
+    duration: Annotated[float, typer.Option(min=1.0, help="Seconds of each flight.")] = 20.0,
+    random_starts: Annotated[
+        str | None, typer.Option(metavar="WxD", help="Random starts in a box in m, like 6x6.")
+    ] = None,
+    jobs: Annotated[int, typer.Option(min=0, help="Number of processes; 0: one for each core.")] = 0,
+) -> None:
+    """Fly several laws from the same starts in virtual time; write one table as text, CSV, LaTeX and PDF."""
+    from flockwire_lab.study.file import StudyError  # noqa: PLC0415
+
+    from flockwire_operator.cli.compare_laws import compare_laws as compare  # noqa: PLC0415  (matplotlib)
+    from flockwire_operator.cli.study import options_of  # noqa: PLC0415
+
+    name = load(swarm).swarm.name
+    folder = out or Path("runs") / f"{name}-laws-{clock.local():%Y%m%d-%H%M%S}"
+    try:
+        options = options_of(runs, seed, duration, random_starts)
+        raise typer.Exit(compare(swarm, laws, options, folder, jobs or os.cpu_count() or 1))
     except (StudyError, SwarmFileError) as error:
         refuse(str(error))
     except OSError as error:

@@ -18,7 +18,7 @@ from flockwire_operator.cli.arguments import application
 OF_AIRFRAMES = tuple(row.command.rpartition(":")[2].replace("_", "-") for row in AIRFRAMES if row.command)
 SECTIONS = {
     "A swarm": ("new", "init", "check", "convert", "keys", "deploy"),
-    "Flights": ("up", "sim", "study", "conduct", "status", "console", "teleop"),
+    "Flights": ("up", "sim", "study", "compare-laws", "conduct", "status", "console", "teleop"),
     "Orders in flight": ("start", "formation", "hold", "land", "stop"),
     "Traces of flights": ("report", "view", "animate", "compare", "export", "recover"),
     "Trackers, drones, links": ("tracker", "align", "identify", *OF_AIRFRAMES, "probe"),

@@ -58,7 +58,7 @@ def study(
     with place(jobs, scheduler) as workers, Ledger(out, plan, table, Result) as ledger:
         if plan.runs > 1 and plan.equal_runs(checked):
             print(f"flockwire: warning: runs = {plan.runs}: {NO_CHANCE}", file=sys.stderr)
-        stopped = _fly(plan, table, ledger, workers)
+        stopped = fly_missing(plan, table, ledger, workers)
         findings = find(checked, plan, ledger.results)
     if findings.results:
         write_worst(findings, table, out)
@@ -88,7 +88,7 @@ def write_coverage(flights: Iterable[Mapping[str, int]], out: Path) -> None:
     print(f"  what they showed: {out / COVERAGE}")
 
 
-def _fly(plan: Study, table: Table, ledger: Ledger[Result], workers: Workers) -> str:
+def fly_missing(plan: Study, table: Table, ledger: Ledger[Result], workers: Workers) -> str:
     """Fly the runs that the ledger lacks; returns why it stopped early, or nothing."""
     tasks, runs = missing(plan, table, ledger.results), plan.runs * len(plan.points)
     failures = sum(not r.ok for r in ledger.results if r.run < plan.runs)

@@ -265,10 +265,10 @@ def test_a_grid_may_name_a_law_beside_the_swarm_file(
     files: tuple[Path, Path], example: Callable[[str, str], str]
 ) -> None:
     (files[0].parent / "mine.py").write_text(example("own_law", "python"), encoding="utf-8")
-    study = {"runs": 1, "grid": {"control": [{"law": "extended"}, {"law": "mine.py:PullTogether"}]}}
+    study = {"runs": 1, "grid": {"control": [{"law": "extended"}, {"law": "mine.py:MyLaw"}]}}
     table = swarm_table(files[0])
     rehearse(Study.model_validate_json(json.dumps(study)), table)
-    flown, _ = write_flight(table | {"control": {"law": "mine.py:PullTogether"}}, None, files[0].parent / "out")
+    flown, _ = write_flight(table | {"control": {"law": "mine.py:MyLaw"}}, None, files[0].parent / "out")
     assert load_swarm(flown).control.own_law
     plain, _ = write_flight(table, None, files[0].parent / "plain")
     assert "folder" not in plain.read_text(encoding="utf-8")
