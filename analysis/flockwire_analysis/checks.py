@@ -17,9 +17,7 @@ from flockwire_analysis.recorded import Trace
 from flockwire_analysis.separation import outside_fence, own_places
 from flockwire_analysis.tracking import SETTLED_BELOW, largest
 
-SPEED_TOLERANCE = 0.02  # share by which a speed from noisy positions may exceed its limit
 OFF = "not judged ([checks] of the swarm file)"
-MOST_NAMED = 4  # drones that the sentence of a check names
 ABOUT_THE_RECORD = frozenset({"control rate", "recording", "lost messages"})  # they judge the recording, not the flight
 
 
@@ -50,9 +48,10 @@ def checks(trace: Trace, figures: Summary, no_places: str, no_formation: str) ->
 
 
 def _in_flight(trace: Trace, figures: Summary, no_places: str) -> tuple[Check, ...]:
+    speed_tolerance = 0.02  # share by which a speed from noisy positions may exceed its limit
     safe, speed = trace.swarm.avoidance, trace.swarm.limits.speed
     nowhere = no_places or "no two drones had poses at the same time"
-    fast_enough = figures.max_speed_m_s is not None and figures.max_speed_m_s <= speed * (1.0 + SPEED_TOLERANCE)
+    fast_enough = figures.max_speed_m_s is not None and figures.max_speed_m_s <= speed * (1.0 + speed_tolerance)
     return (
         _at_least("separation", figures.min_distance_uav_m, safe.drone_safety_distance, "m", nowhere),
         _at_least("obstacle clearance", figures.min_distance_obstacle_m, safe.obstacle_safety_distance, "m", nowhere),
@@ -144,8 +143,9 @@ def _none(name: str, sentences: tuple[str, ...]) -> Check:
 
 
 def _listed(sentences: tuple[str, ...]) -> str:
-    more = len(sentences) - MOST_NAMED
-    return "; ".join(sentences[:MOST_NAMED]) + (f"; and {more} more" if more > 0 else "")
+    most_named = 4  # drones that the sentence of a check names
+    more = len(sentences) - most_named
+    return "; ".join(sentences[:most_named]) + (f"; and {more} more" if more > 0 else "")
 
 
 def _at_least(name: str, value: float | None, limit: float, unit: str, reason: str) -> Check:

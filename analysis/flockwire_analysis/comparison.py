@@ -20,8 +20,6 @@ from scipy import stats
 
 from flockwire_analysis.key_figures import Summary
 
-CONFIDENCE = 0.95
-WIDTH = 12  # characters of a column, at least
 PER_GROUP = ("flights", "mean", "low", "high")
 _NEGATIVE = re.compile(r"-(?=\d)")  # the sign of a number
 PER_PAIR = ("pairs", "difference", "low", "high", "p")
@@ -118,9 +116,10 @@ def difference_of(first: dict[str, Value], other: dict[str, Value]) -> Differenc
 
 def _half_width(deviations: Sequence[float]) -> float:
     """Return t s / sqrt(n), half of the interval of a mean, from the deviations from it."""
+    confidence = 0.95
     count = len(deviations)
     variance = sum(deviation**2 for deviation in deviations) / (count - 1)
-    return float(stats.t.ppf(0.5 + CONFIDENCE / 2, count - 1)) * sqrt(variance / count)
+    return float(stats.t.ppf(0.5 + confidence / 2, count - 1)) * sqrt(variance / count)
 
 
 def _times(factor: float, value: Value) -> Value:
@@ -129,10 +128,11 @@ def _times(factor: float, value: Value) -> Value:
 
 def as_text(groups: Sequence[Group], rows: Sequence[Row]) -> Iterator[str]:
     """Yield the lines of a table: a column for each group, and one for each difference to the first."""
+    width = 12  # characters of a column, at least
     names, cells = _columns(groups, rows)
     units = [f", {row.quantity.unit}" if row.quantity.unit else "" for row in rows]
     columns = [[" - ".join(of), *column] for of, column in zip(names, zip(*cells, strict=True), strict=True)]
-    columns = [[f"{cell:>{max(WIDTH, 2 + max(map(len, column)))}}" for cell in column] for column in columns]
+    columns = [[f"{cell:>{max(width, 2 + max(map(len, column)))}}" for cell in column] for column in columns]
     heads = ["", *(row.quantity.name + unit for row, unit in zip(rows, units, strict=True))]
     yield from (f"{head:<32}" + "".join(line) for head, *line in zip(heads, *columns, strict=True))
 

@@ -28,8 +28,6 @@ from flockwire_analysis.phases import at
 from flockwire_analysis.recorded import Trace
 
 TOLERANCE = SECOND // 1000  # ns by which an age in a status may be rounded
-UNSEEN = 10 * SECOND  # ns before a status from which on an order may have been given that no status shows
-SHORTEST_CLIMB = 3 * SECOND // 10  # ns: no drone takes off to its height sooner
 AIRBORNE = (FlightState.FLYING, FlightState.LANDING)
 
 
@@ -132,7 +130,8 @@ class _Replay:
 
         Nobody takes off and is high at once; a pilot that lands without an order gives a reason.
         """
-        high = before.phase == Phase.TAKEOFF or after.stamp - before.stamp > SHORTEST_CLIMB
+        shortest_climb = 3 * SECOND // 10  # ns: no drone takes off to its height sooner
+        high = before.phase == Phase.TAKEOFF or after.stamp - before.stamp > shortest_climb
         landed = after.phase == Phase.LANDING != before.phase and not after.reasoned
         yield _either("high", *((False, True) if high else (False,)))
         yield _either("stop", *((False, True) if self._trace.stops else (False,)))
@@ -168,11 +167,12 @@ class _Replay:
 
     def _orders(self, before: Observed, after: Observed) -> tuple[Mission | None, ...]:
         """Return the orders that may have held between two statuses: the pilot may take several in."""
+        unseen = 10 * SECOND  # ns before a status from which on an order may have been given that no status shows
         if version_of(before.mission) == version_of(after.mission):
             return (after.mission,)
         ends = (before.mission, after.mission)
         known = {version_of(order) for order in ends}
-        given = range(before.stamp - UNSEEN, (self._trace.end if self._set_back else after.stamp) + SECOND)
+        given = range(before.stamp - unseen, (self._trace.end if self._set_back else after.stamp) + SECOND)
         return (*ends, *(one for one in self._trace.orders if one.version not in known and one.stamp in given))
 
 

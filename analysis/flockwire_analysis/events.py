@@ -10,8 +10,6 @@ from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_analysis import FAULTS
 from flockwire_analysis.recorded import Trace
 
-REPEATS = 3 * SECOND  # ns in which a stop counts as a repetition
-
 
 class Event(NamedTuple):
     """An event at `stamp` (Unix ns), with a short name; `kind` is "order", "stop" or "fault"."""
@@ -43,8 +41,9 @@ def _faults(trace: Trace) -> list[Event]:
 
 
 def _stops(trace: Trace) -> list[Event]:
+    repeats = 3 * SECOND  # ns in which a stop counts as a repetition
     found: list[Event] = []
     for stop in trace.stops:
-        if not found or stop.stamp - found[-1].stamp > REPEATS:
+        if not found or stop.stamp - found[-1].stamp > repeats:
             found.append(Event(stop.stamp, "STOP", "stop"))
     return found

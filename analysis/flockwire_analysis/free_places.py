@@ -25,9 +25,7 @@ from flockwire_analysis.separation import nearest_surface, own_places
 from flockwire_analysis.series import Booleans, Floats, Integers
 from flockwire_analysis.tracking import SETTLED_BELOW, Errors, interpolated
 
-STEP = SECOND // 20  # ns
 SETTLING = 3 * SECOND  # ns
-SLOWEST = 0.1  # share of the speed limit that v is at least
 
 
 def undisturbed(trace: Trace, errors: dict[int, Errors]) -> dict[int, Errors]:
@@ -45,8 +43,9 @@ def undisturbed(trace: Trace, errors: dict[int, Errors]) -> dict[int, Errors]:
 
 def _times(trace: Trace) -> Integers:
     """Return instants of all formation phases, Unix ns."""
+    step = SECOND // 20  # ns
     spans = [phase.span for phase in formation_phases(trace)]
-    return np.arange(spans[0].begin, spans[-1].end + STEP, STEP, dtype=np.int64) if spans else np.empty(0, np.int64)
+    return np.arange(spans[0].begin, spans[-1].end + step, step, dtype=np.int64) if spans else np.empty(0, np.int64)
 
 
 def taken_places(
@@ -80,9 +79,10 @@ def taken_places(
 
 def _around(limit: float, times: Integers, place: Floats, inside: Floats) -> Booleans:
     """Return when a place is not free: while it is inside, and for the ways before and after it."""
+    slowest = 0.1  # share of the speed limit that v is at least
     moves = np.gradient(place, (times - times[0]) / SECOND, axis=0) if len(times) > 1 else np.zeros((1, 3))
     speed = np.nan_to_num(np.sqrt(np.sum(moves**2, axis=1)))
-    ways = pi / 2 * np.maximum(inside, 0.0) / np.maximum(limit - speed, SLOWEST * limit) * SECOND
+    ways = pi / 2 * np.maximum(inside, 0.0) / np.maximum(limit - speed, slowest * limit) * SECOND
     last = np.maximum.accumulate(np.where(inside > 0.0, times + ways + SETTLING, -np.inf))
     first = np.minimum.accumulate(np.where(inside > 0.0, times - ways, np.inf)[::-1])[::-1]
     return np.asarray((times <= last) | (times >= first))

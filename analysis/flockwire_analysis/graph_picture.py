@@ -11,7 +11,6 @@ from typing import NamedTuple
 from flockwire_core.control.graph import Graph
 
 COLUMN, ROW, RADIUS, MARGIN = 120.0, 76.0, 21, 44.0
-ABOVE = 9.0  # distance of a weight above its edge
 
 Point = tuple[float, float]
 
@@ -82,8 +81,9 @@ def _bow(start: Point, end: Point) -> Point:
 
 
 def _edge(start: Point, bow: Point, end: Point, weight: float) -> DrawnEdge:
+    above = 9.0  # distance of a weight above its edge
     control = (2 * bow[0] - (start[0] + end[0]) / 2, 2 * bow[1] - (start[1] + end[1]) / 2)
-    tail, tip, label = _towards(start, control), _towards(end, control), (bow[0], bow[1] - ABOVE)
+    tail, tip, label = _towards(start, control), _towards(end, control), (bow[0], bow[1] - above)
     return DrawnEdge(_rounded(tail), _rounded(control), _rounded(tip), _rounded(label), weight)
 
 

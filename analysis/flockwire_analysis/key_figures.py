@@ -9,8 +9,6 @@ from flockwire_core.swarm.wording import beside
 from flockwire_analysis.latency import Percentiles
 from flockwire_analysis.tracking import ErrorFigures
 
-LONG_ENOUGH = 5.0  # s, shortest formation phase in which followers can settle for 2 s
-
 
 @dataclass(frozen=True, slots=True)
 class Check:
@@ -154,4 +152,5 @@ class Summary:
 
 def long_enough(phases: tuple[PhaseFigures, ...]) -> tuple[PhaseFigures, ...]:
     """Return the phases in which followers can settle; all if none is long enough."""
-    return tuple(phase for phase in phases if phase.length_s >= LONG_ENOUGH) or phases
+    shortest = 5.0  # s, in which followers can settle for 2 s
+    return tuple(phase for phase in phases if phase.length_s >= shortest) or phases

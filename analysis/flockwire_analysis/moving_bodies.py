@@ -16,9 +16,6 @@ from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Integers
 from flockwire_analysis.tracking import interpolated
 
-SAME = 0.15  # m between two sightings of one body at about the same time
-BELOW = 1e-6  # m below a drone from which on a body's height is known
-
 
 class MovingBody(NamedTuple):
     """An upright cylinder round (x, y), m; its height is None if no drone was above it."""
@@ -42,6 +39,7 @@ def moving_bodies(trace: Trace, stamps: Integers) -> Iterator[tuple[int, list[Mo
 
 def _placed(trace: Trace, number: int, stamps: Integers) -> Iterator[tuple[int, MovingBody]]:
     """Yield what one drone sensed last in each step, in the world frame, with the step's index."""
+    below = 1e-6  # m below a drone from which on a body's height is known
     seen = trace.movers[number]
     steps = np.searchsorted(stamps, seen.stamps)
     newest = seen.stamps[np.searchsorted(steps, steps, side="right") - 1]
@@ -49,13 +47,14 @@ def _placed(trace: Trace, number: int, stamps: Integers) -> Iterator[tuple[int, 
     shown = (steps < len(stamps)) & (seen.stamps == newest) & np.isfinite(positions).all(axis=1)
     rows = zip(steps[shown].tolist(), positions[shown].tolist(), seen.values[shown].tolist(), strict=True)
     for index, (x, y, z), (_, _, above, radius) in rows:
-        yield index, MovingBody(x, y, radius, z if above < -BELOW else None)
+        yield index, MovingBody(x, y, radius, z if above < -below else None)
 
 
 def _add(bodies: list[MovingBody], new: MovingBody) -> None:
     """Add a body, or what another drone knows of one that is in the list: its height."""
+    same = 0.15  # m between two sightings of one body at about the same time
     for k, one in enumerate(bodies):
-        if hypot(one.x - new.x, one.y - new.y) < SAME:
+        if hypot(one.x - new.x, one.y - new.y) < same:
             bodies[k] = one._replace(height=new.height if one.height is None else one.height)
             return
     bodies.append(new)

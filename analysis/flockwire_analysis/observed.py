@@ -11,7 +11,6 @@ from flockwire_core.pilot.off_place import shown_phase
 from flockwire_core.wire.status import LAW_FAILED, Status
 
 MOST_REASONED = 5000  # changes of one process that keep their reasons: a hostile one changes its own at each status
-LONGEST_REASON = 400  # characters
 TOO_MANY = "too many reasons to show; the trace has them"
 
 
@@ -61,10 +60,11 @@ class Shown(NamedTuple):
 
 def shown(status: Status) -> Shown:
     """Return what pages show of a status."""
+    longest_reason = 400  # characters
     report, mission = status.report, status.report.mission
     formation = mission.formation if mission is not None and mission.in_formation else None
     codes = tuple([code for code in (report.code, *(reason.code for reason in report.reasons)) if code])
-    return Shown(status.stamp, shown_phase(report), report.line[:LONGEST_REASON], formation, codes)
+    return Shown(status.stamp, shown_phase(report), report.line[:longest_reason], formation, codes)
 
 
 def append_change(history: list[Shown], new: Shown) -> None:

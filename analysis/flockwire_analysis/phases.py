@@ -15,7 +15,6 @@ from flockwire_core.swarm.model import uav
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Booleans, Floats, Integers
 
-FOREVER = 1 << 62  # ns
 TAIL = 0.3  # share of the formation phase, at its end, that judges tracking
 
 
@@ -105,6 +104,7 @@ def offsets(trace: Trace, number: int, stamps: Integers) -> Floats:
     The newest start is in force; one with a past time 0 is in force from its publication. NaN while a follower holds no
     place of an auction.
     """
+    forever = 1 << 62  # ns
     result = np.full((len(stamps), 3), np.nan)
     starts = [mission for mission in trace.missions if mission.in_formation]
     for place, mission in enumerate(starts):
@@ -112,7 +112,7 @@ def offsets(trace: Trace, number: int, stamps: Integers) -> Floats:
             continue
         since = max(mission.start, mission.stamp) if place else mission.start
         held = _held(trace, number, mission, since)
-        for (begin, index), (end, _) in pairwise([*held, (FOREVER, None)]):
+        for (begin, index), (end, _) in pairwise([*held, (forever, None)]):
             rows = (stamps >= begin) & (stamps < end)
             if index is None:
                 result[rows] = np.nan

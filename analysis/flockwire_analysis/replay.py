@@ -29,8 +29,6 @@ from flockwire_analysis.view import FOLDER, filled, outline, scripts, style
 MOST = 1_200_000  # numbers in a page, about six characters each
 MOST_SENSED = MOST // 4  # of these, of moving bodies
 MOST_OF_SIGNAL = 2000  # samples
-FOR_EACH = 8  # numbers of one drone at one step
-TOGETHER = SECOND // 2  # ns within which drones that change to the same phase make one mark
 SILENT = "silent"
 PHASE, RUNG = "phase", "rung"  # kinds of marks: a drone's phase changed, by an order or by the staleness ladder
 ORDERLY = (Phase.GROUNDED, Phase.READY, Phase.TAKEOFF, Phase.FORMATION)  # phases whose reasons are no rungs
@@ -72,8 +70,9 @@ def flight_data(trace: Trace) -> dict[str, Any]:
     are unknown; `zero` is time 0 in ms of Unix time, without meaning if `virtual`. Others are lists of changes with
     their times.
     """
+    for_each = 8  # numbers of one drone at one step
     numbers = sorted(trace.plan.pilot)
-    flight = sampled(trace, MOST // (FOR_EACH * len(numbers)))
+    flight = sampled(trace, MOST // (for_each * len(numbers)))
     zero = flight.zero
 
     def seconds(stamp: int) -> float:
@@ -193,10 +192,11 @@ def _marks(trace: Trace, flight: Sampled) -> list[Event]:
 
 def _grouped(changes: Sequence[tuple[int, str, str, str]]) -> Iterator[Event]:
     """Yield a mark for the drones that changed to the same phase for the same reason at about the same time."""
+    together = SECOND // 2  # ns within which drones that change to the same phase make one mark
     open_groups: dict[tuple[str, str], tuple[int, list[str]]] = {}
     for stamp, phase, pilot, why in changes:
         group = open_groups.get((phase, why))
-        if group is not None and stamp - group[0] < TOGETHER:
+        if group is not None and stamp - group[0] < together:
             group[1].append(pilot)
             continue
         if group is not None:

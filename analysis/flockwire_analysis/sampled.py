@@ -16,10 +16,6 @@ from flockwire_analysis.separation import nearest_surface
 from flockwire_analysis.series import Booleans, Floats, Integers
 from flockwire_analysis.tracking import interpolated, places, references
 
-MS = SECOND // 1000
-FINEST = SECOND // 50  # ns between two samples
-BEFORE = 2 * SECOND  # ns that are sampled before the first order
-
 Values = Mapping[tuple[int, ...], Floats]  # of one drone, or of a pair
 
 
@@ -54,9 +50,12 @@ class Sampled:
 
 def sampled(trace: Trace, most: int) -> Sampled:
     """Return a flight from shortly before its first order to the trace's end, in at most `most` steps or so."""
-    begin = max(trace.begin, min(trace.end, airborne(trace).begin) - BEFORE)  # an order's stamp may be later than all
+    ms = SECOND // 1000
+    finest = SECOND // 50  # ns between two samples
+    before = 2 * SECOND  # ns that are sampled before the first order
+    begin = max(trace.begin, min(trace.end, airborne(trace).begin) - before)  # an order's stamp may be later than all
     zero = origin(trace)
-    step = max(FINEST, -(-(trace.end - begin) // most // MS) * MS)
+    step = max(finest, -(-(trace.end - begin) // most // ms) * ms)
     first = zero - (zero - begin) // step * step
     stamps = np.arange(first, max(first, trace.end) + 1, step, dtype=np.int64)
     numbers = sorted(trace.plan.pilot)

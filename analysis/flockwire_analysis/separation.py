@@ -15,14 +15,11 @@ from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Booleans, Floats, Integers
 from flockwire_analysis.tracking import interpolated
 
-GRID = SECOND // 100  # ns between the instants of distances
-POLYGON_STEP = 0.1  # s between two checks of the walls of a fence's polygon
-SPEED_WINDOW = SECOND // 20  # ns, window of a speed
-
 
 def common_times(span: Span) -> Integers:
     """Return instants of `span`, 100 Hz, Unix ns."""
-    return np.arange(span.begin, span.end + 1, GRID, dtype=np.int64)
+    grid = SECOND // 100  # ns between the instants of distances
+    return np.arange(span.begin, span.end + 1, grid, dtype=np.int64)
 
 
 def pair_distances(trace: Trace, times: Integers) -> Iterator[tuple[int, int, Floats]]:
@@ -90,6 +87,7 @@ def max_outside(trace: Trace, span: Span) -> float | None:
 
     The walls of a polygon are checked ten times a second.
     """
+    polygon_step = 0.1  # s between two checks of the walls of a fence's polygon
     room = trace.swarm.limits.fence.room()
     found = []
     for number in trace.flying:
@@ -100,7 +98,7 @@ def max_outside(trace: Trace, span: Span) -> float | None:
         beyond = np.maximum(np.array(room.low) - places, places - np.array(room.high))
         found.append(max(0.0, float(beyond.max())))
         if room.corners:
-            every = max(1, round(len(series) * POLYGON_STEP * SECOND / max(1, series.stamps[-1] - series.stamps[0])))
+            every = max(1, round(len(series) * polygon_step * SECOND / max(1, series.stamps[-1] - series.stamps[0])))
             found += [room.outside((x, y, z)) for x, y, z in places[::every].tolist()]
     return max(found, default=None)
 
@@ -127,12 +125,13 @@ def _in_the_air(trace: Trace, number: int, stamps: Integers) -> Booleans:
 
 
 def _max_speed(trace: Trace, number: int, span: Span) -> float | None:
+    speed_window = SECOND // 20  # ns, window of a speed
     series = trace.positions(number)
     within = span.holds(series.stamps)
     stamps, places = series.stamps[within], series.values[within]
-    after = np.searchsorted(stamps, stamps + SPEED_WINDOW)
+    after = np.searchsorted(stamps, stamps + speed_window)
     first = np.flatnonzero(after < len(stamps))
-    first = first[stamps[after[first]] - stamps[first] < 4 * SPEED_WINDOW]  # unknown across a gap
+    first = first[stamps[after[first]] - stamps[first] < 4 * speed_window]  # unknown across a gap
     if not len(first):
         return None
     moved = np.sqrt(np.sum((places[after[first]] - places[first]) ** 2, axis=1))

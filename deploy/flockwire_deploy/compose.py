@@ -34,7 +34,6 @@ CONDUCTED = ("--duration", "${DURATION:-40}", "--out", PATHS.out)
 POOL = 30  # networks that fit in an engine's default address pools
 RANGE = IPv4Network("10.224.0.0/12")  # subnets of more networks, unless the user names another range
 NOT_ROOT = (10001, 10001)  # the user of root's containers: the image's own
-SPARE = 4  # reserved addresses of a network: its own, broadcast, the engine's, one for a restarted container
 
 
 class ContainerNetwork(NamedTuple):
@@ -55,10 +54,11 @@ def networks(plan: Plan, within: IPv4Network | None = None) -> tuple[ContainerNe
 
     Raises DeployError if they do not fit.
     """
+    spare = 4  # reserved addresses of a network: its own, broadcast, the engine's, one for a restarted container
     members = _members(plan)
     if within is None and len(members) <= POOL:
         return tuple(ContainerNetwork(name, on) for name, on in members.items())
-    largest = max(len(on) for on in members.values()) + SPARE
+    largest = max(len(on) for on in members.values()) + spare
     length = 32 - (largest - 1).bit_length()
     whole = within or RANGE
     if length < whole.prefixlen or 2 ** (length - whole.prefixlen) < len(members):
@@ -176,7 +176,6 @@ def _after(plan: Plan, identity: str) -> tuple[str, ...]:
 
 
 IMAGES = ("flockwire", "flockwire-operator")  # of processes, of the operator
-PATIENCE = 10.0  # s for an answer
 
 
 def obstacle() -> str:
@@ -200,8 +199,9 @@ def obstacle() -> str:
 
 def _ask(*arguments: str) -> str:
     """Return docker's answer, empty if it fails."""
+    patience = 10.0  # s for an answer
     try:
-        told = subprocess.run(["docker", *arguments], capture_output=True, text=True, timeout=PATIENCE, check=False)  # noqa: S603, S607
+        told = subprocess.run(["docker", *arguments], capture_output=True, text=True, timeout=patience, check=False)  # noqa: S603, S607
     except subprocess.TimeoutExpired:
         return ""
     return told.stdout.strip() if told.returncode == 0 else ""

@@ -74,7 +74,6 @@ class Slot(Input):
 
 
 HELD_BACK = 0.05  # s, largest delay by reordering
-AGAIN = 0.2  # s after which a lost event is sent again
 TRIES = 20
 
 
@@ -171,10 +170,11 @@ class VirtualLink:
             self._scheduler.at(arrival, self._deliver, together)
 
     def _until_it_gets_through(self, loss: float) -> int:
+        again = 0.2  # s after which a lost event is sent again
         tries = 1
         while tries < TRIES and self._random.random() < loss:
             tries += 1
-        return round(tries * AGAIN * SECOND)
+        return round(tries * again * SECOND)
 
 
 Receive = Callable[[Datagram], None]

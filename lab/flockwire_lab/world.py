@@ -35,7 +35,6 @@ from flockwire_lab.virtual_time import LocalClock, Scheduler
 
 EPOCH = 1_790_000_000 * SECOND  # start of every virtual flight, Unix ns
 FIRST_GIVER = 1  # the number of the director's orders
-STARTED_WITHIN = 0.2  # s in which the processes start, each at its own time
 LINGER = SECOND // 10  # ns from the end of the flight to the end of the recording
 LONGEST = 3600.0  # s, longest flight
 COLLECT_AFTER = 50_000  # new objects after which Python looks for unused cycles: more than 200 drones have on the way
@@ -70,6 +69,7 @@ class World:
         rare: Rare | None = None,
         law: MakeLaw | None = None,
     ) -> None:
+        started_within = 0.2  # s in which the processes start, each at its own time
         swarm = swarm.in_simulation()
         self.swarm, self.plan = swarm, Plan(swarm)
         self.scheduler = Scheduler(EPOCH)
@@ -93,7 +93,7 @@ class World:
         self._faulty = FaultInjector(faults, self.scheduler, self.processes, self.links, self._operators, again)
         for identity, process in self.processes.items():
             recorder = identity in self.plan.recorders
-            begin = 0.0 if recorder else self._chance(f"begin {identity}").random() * STARTED_WITHIN
+            begin = 0.0 if recorder else self._chance(f"begin {identity}").random() * started_within
             self.scheduler.at(EPOCH + nanoseconds(begin), process.start)
 
     def run(self) -> Outcome:

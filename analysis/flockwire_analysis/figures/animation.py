@@ -33,9 +33,6 @@ RATE = 12  # frames per second of a GIF
 FILM_RATE = 25  # of an MP4
 EVEN = "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white"  # as its coding needs the sides
 FEWEST = 24  # frames
-FINE = 6  # points of a trail for each frame
-COLOURS = 48
-NEARLY_WHITE = 249  # of 255
 TRAIL = 5.0  # s of the flight
 LARGEST = 3_000_000  # bytes
 
@@ -109,13 +106,14 @@ def _film(frames: Iterator[Image.Image], path: Path) -> Path:
 
 def _frames(trace: Trace, count: int, view: View, width: int) -> Iterator[Image.Image]:
     """Draw `count` frames from the first order to the end."""
+    fine = 6  # points of a trail for each frame
     canvas = Canvas(trace, Path(), vector=False)
     numbers = trace.placed()
     if not numbers:
         raise ValueError(f"{trace.path}: has no positions")
     last = min(int(trace.positions(number).stamps[-1]) for number in numbers)
     shown = Span(canvas.flight.begin, min(canvas.flight.end, last))
-    instants = shown.instants(count * FINE)
+    instants = shown.instants(count * fine)
     paths = {number: view.seen(interpolated(trace.positions(number), instants)) for number in numbers}
     with rc_context(STYLE):
         figure, (axes,) = canvas.panels(height=3.7)
@@ -126,16 +124,18 @@ def _frames(trace: Trace, count: int, view: View, width: int) -> Iterator[Image.
         agg: Any = FigureCanvasAgg(figure)  # matplotlib has no types for it
         agg.draw()
         still = agg.copy_from_bbox(figure.bbox)
-    for place in range(FINE - 1, len(instants), FINE):
+    for place in range(fine - 1, len(instants), fine):
         agg.restore_region(still)
         scene.draw(place, canvas.second(int(instants[place])))
         yield Image.fromarray(np.asarray(agg.buffer_rgba())[..., :3].copy())
 
 
 def _with_one_palette(drawn: list[Image.Image]) -> list[Image.Image]:
-    palette = drawn[-1].quantize(COLOURS, Image.Quantize.MEDIANCUT)
+    colours = 48
+    nearly_white = 249  # of 255
+    palette = drawn[-1].quantize(colours, Image.Quantize.MEDIANCUT)
     shades = palette.getpalette() or []
-    palette.putpalette([255 if shade >= NEARLY_WHITE else shade for shade in shades])  # the median of whites is grey
+    palette.putpalette([255 if shade >= nearly_white else shade for shade in shades])  # the median of whites is grey
     return [one.quantize(palette=palette, dither=Image.Dither.NONE) for one in drawn]
 
 

@@ -30,14 +30,11 @@ from flockwire_analysis.tracking import Errors, formation_errors, observation_er
 INK, MUTED, GRID, DANGER = "#1b1f27", "#69707d", "#e6e8ec", "#b3261e"
 OKABE_ITO = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 COLUMN = 3.5  # inches: the width of one of two columns
-DPI = 320
 MOST_POINTS = 1500  # of one line
 ENVELOPE = 400
 MOST_NAMED = 12  # drones in a legend
 NAME_SIZE = 6.5  # points, of the names of events
 NAME_ROWS = 3  # of them
-LETTER = 0.56 * NAME_SIZE  # points that a letter takes
-BEYOND = 0.18  # share of the axes' width on their left that a name may use
 AXES_WIDTH = 0.82 * COLUMN * 72  # points, about
 
 STYLE: dict[Any, Any] = {
@@ -119,9 +116,10 @@ class Canvas:
 
     def save(self, figure: Figure, name: str) -> Path:
         """Write the figure as NAME.png and NAME.pdf; returns the path of the first."""
+        dpi = 320
         path = self.out / f"{name}.png"
         with rc_context(STYLE):
-            figure.savefig(path, dpi=DPI, facecolor="white")
+            figure.savefig(path, dpi=dpi, facecolor="white")
             if self._vector:
                 figure.savefig(path.with_suffix(".pdf"), metadata={"CreationDate": None})
         return path
@@ -176,12 +174,14 @@ def rows_of(marked: Sequence[Event], places: Sequence[float]) -> list[int | None
 
 def _width(text: str) -> float:
     """Return the width of an event's name, as a share of the axes' width."""
-    return (len(text) + 1.5) * LETTER / AXES_WIDTH
+    letter = 0.56 * NAME_SIZE  # points that a letter takes
+    return (len(text) + 1.5) * letter / AXES_WIDTH
 
 
 def _before(marked: Sequence[Event], places: Sequence[float]) -> list[bool]:
     """Return the names to put before their lines, because behind them they would overlap the next event's."""
-    found, taken = [], -BEYOND
+    beyond = 0.18  # share of the axes' width on their left that a name may use
+    found, taken = [], -beyond
     for event, place, following in zip(marked, places, (*places, 2.0)[1:], strict=True):
         width = _width(event.text)
         found.append(following - place < width and place - width >= taken)

@@ -13,15 +13,14 @@ from matplotlib.transforms import ScaledTranslation
 
 from flockwire_analysis.figures.drawing import AXES_WIDTH, COLUMN, INK, MUTED, NAME_SIZE, OKABE_ITO, STYLE
 
-FIGURE_WIDTH = 0.97 * COLUMN * 72  # points
-
 
 def legend(axes: Axes, drones: Sequence[Artist], others: Sequence[Artist] = (), rows: int = 0) -> None:
     """Name the drones above the axes and their `rows` of events, and other curves above them."""
+    figure_width = 0.97 * COLUMN * 72  # points
     figure = axes.figure.get_figure(root=True)
     if others:
         figure.legend(
-            handles=list(others), loc="outside upper left", ncols=_columns(others, FIGURE_WIDTH), borderaxespad=0.4,
+            handles=list(others), loc="outside upper left", ncols=_columns(others, figure_width), borderaxespad=0.4,
             **_LEGEND,
         )  # fmt: skip
     if drones:

@@ -11,7 +11,6 @@ from flockwire_analysis.figures.legends import legend, line
 from flockwire_analysis.series import Floats, Series
 from flockwire_analysis.tracking import places, reference_velocities, references, velocities
 
-HEIGHT = 4.3  # inches
 DASHED = (0, (3, 2))
 Curves = Mapping[int, tuple[Floats, Floats]]  # of each drone: times in s, values of shape n x 3
 
@@ -75,9 +74,10 @@ def _axes(
     canvas: Canvas, name: str, title: str, unit: str, symbols: str | tuple[str, ...], curves: Curves, wanted: Curves,
     reference: str, caption: str,
 ) -> Picture | None:  # fmt: skip
+    height = 4.3  # inches
     if not curves:
         return None
-    figure, panels = canvas.panels(3, HEIGHT)
+    figure, panels = canvas.panels(3, height)
     for axis, (axes, symbol) in enumerate(zip(panels, symbols, strict=True)):
         for number, (times, values) in curves.items():
             axes.plot(*thinned(times, values[:, axis]), color=canvas.colour(number), linewidth=0.9, alpha=0.9)

@@ -7,12 +7,11 @@ import numpy as np
 from flockwire_analysis.figures.drawing import Canvas, Picture, thinned
 from flockwire_analysis.figures.legends import legend
 
-MOST = 6  # signals that are drawn
-
 
 def signals(canvas: Canvas) -> Picture | None:
     """Draw the law's own signals, a panel for each name."""
-    names = sorted({name for named in canvas.trace.signals.values() for name in named})[:MOST]
+    most = 6  # signals that are drawn
+    names = sorted({name for named in canvas.trace.signals.values() for name in named})[:most]
     if not names:
         return None
     figure, panels = canvas.panels(len(names), 1.0 + 1.2 * len(names))
@@ -26,6 +25,6 @@ def signals(canvas: Canvas) -> Picture | None:
     figure.align_ylabels(panels)
     legend(panels[0], canvas.names(canvas.trace.signals), rows=canvas.over_time(panels))
     caption = (
-        f"Numbers that the law recorded by name, of each follower{f'; the first {MOST}' if len(names) == MOST else ''}."
+        f"Numbers that the law recorded by name, of each follower{f'; the first {most}' if len(names) == most else ''}."
     )
     return Picture(canvas.save(figure, "signals"), "The law's signals", caption)

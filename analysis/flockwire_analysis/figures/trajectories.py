@@ -15,10 +15,8 @@ from flockwire_analysis.phases import Span
 from flockwire_analysis.series import Floats, Integers
 from flockwire_analysis.tracking import interpolated, settling_time
 
-SNAPSHOTS = 3
 FENCE = (0, (6, 2, 1, 2))
 RING, DASHED = "#69707d", (0, (4, 3))  # round an obstacle
-FENCE_IN_VIEW = 1.8  # times the extent of the paths: a larger fence would make them small
 SMALLEST_DISC = 0.04  # m, drawn radius of a point obstacle
 
 
@@ -67,6 +65,7 @@ def _caption(canvas: Canvas) -> str:
 
 def view(axes: Axes, canvas: Canvas, places: Floats) -> bool:
     """Show the paths, with the fence unless they would be small; return whether it is in view."""
+    fence_in_view = 1.8  # times the extent of the paths: a larger fence would make them small
     fence = canvas.trace.swarm.limits.fence
     width, depth = (fence.high[axis] - fence.low[axis] for axis in (0, 1))
     (left, lower, _), (right, upper, _) = fence.low, fence.high
@@ -74,7 +73,7 @@ def view(axes: Axes, canvas: Canvas, places: Floats) -> bool:
     axes.add_patch(Polygon(corners, fill=False, edgecolor=DANGER, linewidth=0.9, linestyle=FENCE, zorder=2))
     low, high = places.min(axis=0), places.max(axis=0)
     middle, half = (low + high) / 2.0, 0.55 * max(float((high - low).max()), 1.0)
-    whole = max(width, depth) <= FENCE_IN_VIEW * 2.0 * half
+    whole = max(width, depth) <= fence_in_view * 2.0 * half
     if whole:
         low, high = np.minimum(low, fence.low[:2]), np.maximum(high, fence.high[:2])
         middle, half = (low + high) / 2.0, 0.52 * float((high - low).max())
@@ -141,7 +140,8 @@ def _snapshots(axes: Axes, canvas: Canvas) -> None:
 
 def _instants(canvas: Canvas, phase: Span) -> Integers:
     """Return instants from settling to the last one at which all positions are known."""
+    snapshots = 3
     settled = settling_time(canvas.formation_errors, phase) or 0.0
     ends = [series.stamps[-1] for series in map(canvas.trace.positions, canvas.trace.placed())]
     begin = phase.begin + int(settled * SECOND)
-    return Span(begin, max(begin, min(phase.end, *ends))).instants(SNAPSHOTS)
+    return Span(begin, max(begin, min(phase.end, *ends))).instants(snapshots)

@@ -18,8 +18,6 @@ from flockwire_core.wire.plan import Plan
 
 from flockwire_lab.faults.kinds import Fault
 
-AIRBORNE = 0.02  # m above the highest start at which a drone has taken off
-
 
 class FaultyCore:
     """Edits what a core receives and sends by `faults`, and changes the conditions of what it simulates.
@@ -31,13 +29,14 @@ class FaultyCore:
     """
 
     def __init__(self, core: Core, faults: Sequence[Fault], plan: Plan, took_off: int | None) -> None:
+        airborne = 0.02  # m above the highest start at which a drone has taken off
         self._core, self._faults, self._took_off = core, faults, took_off
         self._stand_in: Any = getattr(core, "source", core)  # what has conditions
         self._usual = getattr(self._stand_in, "conditions", None)
         for fault in faults:
             fault.prepare(self._stand_in)
         swarm = plan.swarm
-        self._highest = AIRBORNE + max((swarm.drone(i).start[2] for i in swarm.flying), default=0.0)
+        self._highest = airborne + max((swarm.drone(i).start[2] for i in swarm.flying), default=0.0)
         self._walking = frozenset(map(uav, swarm.walking))
         self.triggers, self.prompt, self.period = core.triggers, core.prompt, core.period
 

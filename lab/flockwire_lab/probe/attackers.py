@@ -24,8 +24,6 @@ from flockwire_core.wire.plan import Plan
 MODES = ("peer", "client", "router")
 LINK_TIME = 0.8  # s for the swarm to accept an attacker
 POLL = 0.02  # s
-TRIES = 4  # canaries on each key
-QUERY_TIMEOUT = 0.2  # s
 _PUBLISHER = b"flockwire probe\0"
 
 
@@ -79,6 +77,7 @@ class Attack:
 
     def subscribe(self) -> None:
         """Subscribe to every key, exactly and by wildcards, by every verb; fills `received` and `answered`."""
+        query_timeout = 0.2  # s
         name = self._plan.swarm.name
         patterns = (*self._keys, "**", f"{name}/**", f"{name}/*/estimate", f"{name}/*/pose", "*/*/*")
         for session in self._sessions:
@@ -87,17 +86,18 @@ class Attack:
                 self._hold(
                     session.declare_subscriber(pattern, _direct(self._receive), allowed_origin=zenoh.Locality.REMOTE)
                 )
-                session.get(pattern, _direct(self._answer), timeout=QUERY_TIMEOUT)
+                session.get(pattern, _direct(self._answer), timeout=query_timeout)
             for pattern in ("**", f"{name}/**"):
                 self._hold(liveliness.declare_subscriber(pattern, _direct(self._receive)))
-                liveliness.get(pattern, _direct(self._answer), timeout=QUERY_TIMEOUT)
+                liveliness.get(pattern, _direct(self._answer), timeout=query_timeout)
 
     def forge(self) -> None:
         """Publish a canary on every key, delete every key, and declare a queryable for all of them."""
+        tries = 4  # canaries on each key
         for session in self._sessions:
             self._hold(session.declare_queryable(f"{self._plan.swarm.name}/**", _direct(lambda _: None)))
             self._hold(session.liveliness().declare_token(f"{self._plan.swarm.name}/alive"))
-        for _ in range(TRIES):
+        for _ in range(tries):
             for session in self._sessions:
                 for text in self._keys:
                     session.put(

@@ -7,8 +7,6 @@ import contextlib
 
 from flockwire_lab.relay.direction import END, Direction, Stream
 
-LARGEST = 65_536  # bytes of one read
-
 
 class Pipe:
     """The bytes of one connection in one direction, from a reader to a writer."""
@@ -28,10 +26,11 @@ class Pipe:
 
     async def fill(self, reader: asyncio.StreamReader) -> None:
         """Receive bytes up to their end, while there is room; any failure is an end."""
+        largest = 65_536  # bytes of one read
         data = None
         while data != END:
             try:
-                data = await reader.read(LARGEST)
+                data = await reader.read(largest)
             except OSError:
                 data = END
             self._stream.take(data, asyncio.get_running_loop().time())

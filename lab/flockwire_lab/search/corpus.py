@@ -23,8 +23,6 @@ from flockwire_lab.search.flight import Judged
 from flockwire_lab.study.file import StudyError
 from flockwire_lab.study.ledger import RUNS
 
-STEP = 0.1  # of a margin: values within it are taken for the same
-
 
 @dataclass(frozen=True)
 class Corpus:
@@ -137,9 +135,10 @@ def _worth(judged: Judged, new: set[Hashable]) -> tuple[bool, float, float]:
 
 def shown(judged: Judged) -> set[Hashable]:
     """Return what a flight shows: its cell, events by number, margins by size, reactions by which came before."""
+    step = 0.1  # of a margin: values within it are taken for the same
     return {
         judged.cell,
         *((event, count.bit_length()) for event, count in judged.events.items()),
-        *((name, margin.value // STEP) for name, margin in judged.margins.items()),
+        *((name, margin.value // step) for name, margin in judged.margins.items()),
         *pairwise(["", *judged.reactions]),
     }

@@ -24,9 +24,6 @@ from flockwire_lab.world import World
 STOP, TOLD_TO_END, STATION_FROZEN, STATION_LOST = "stop", "told to end", "station frozen", "station lost"
 SECOND_STATION = "second station"  # gives orders of its own beside the one that conducts
 EVENTS = (STOP, TOLD_TO_END, STATION_FROZEN, STATION_LOST, SECOND_STATION)
-WORLD_ENDED = 2.0  # s from the end of the kinematics to that of the flight
-MOTORS_SEEN = 2.0  # s after a freeze of an airframe
-DOWN_FOR = 10  # looks, 0.1 s apart, at which all are down before a flight without an operator ends
 
 
 LaterOrder = Annotated[tuple[NotNegative, Literal["hold", "land", "start"]], Field(strict=False)]
@@ -140,7 +137,8 @@ class EventInjector:
 
         A driver may see only by the motors' time, in whole seconds, whether they run.
         """
-        unseen = MOTORS_SEEN if self._world.plan.of_kind(DRIVER.kind) else 0.0
+        motors_seen = 2.0  # s after a freeze of an airframe
+        unseen = motors_seen if self._world.plan.of_kind(DRIVER.kind) else 0.0
         return any(first <= end and begin < last + unseen for first, last in self.still)
 
     def retire(self) -> None:
@@ -151,8 +149,9 @@ class EventInjector:
         self._end_when_down()
 
     def _end_world(self) -> None:
+        world_ended = 2.0  # s from the end of the kinematics to that of the flight
         self.world_ended = True
-        self._later(WORLD_ENDED, self._world.scheduler.stop)
+        self._later(world_ended, self._world.scheduler.stop)
 
     def _inject(self, event: Event) -> None:
         self._recorder.tell(f"event: {event!r}")
@@ -181,10 +180,11 @@ class EventInjector:
 
     def _end_when_down(self, looks: int = 0) -> None:
         """End the flight that has no operator any more once all have been down for a second, or the world is gone."""
+        down_for = 10  # looks, 0.1 s apart, at which all are down before a flight without an operator ends
         self.world_ended |= not self._world.processes[KINEMATICS.kind].alive  # a restarted one has nobody in the air
         down = self._recorder.all_down() or self.world_ended or not any(one.alive for one in self._drivers)
         looks = looks + 1 if down else 0
-        if looks > DOWN_FOR:
+        if looks > down_for:
             self._world.scheduler.stop()
         else:
             self._later(0.1, lambda: self._end_when_down(looks))

@@ -13,7 +13,6 @@ from flockwire_core.swarm.model import Swarm, uav
 
 from flockwire_lab.search.record import Recorder
 
-AT_PLACE = 0.2  # s between two looks at the tail
 TAIL = SECOND  # ns
 PLACELESS = 1000.0  # m, error of a follower that holds no place of an auction
 
@@ -42,8 +41,9 @@ def errors(recorder: Recorder, swarm: Swarm, start: Mission, begin: int, end: in
 
     A follower is left out while its place is not free of obstacles, as the checks of a flight have it.
     """
+    at_place = 0.2  # s between two looks at the tail
     first = min(start.start, begin) if swarm.obstacles else begin  # what was near an obstacle before counts
-    times = np.arange(end, first - 1, -nanoseconds(AT_PLACE), dtype=np.int64)[::-1]
+    times = np.arange(end, first - 1, -nanoseconds(at_place), dtype=np.int64)[::-1]
     true = [recorder.places(int(at)) for at in times]
     drones = {i: np.array([places[uav(i)] for places in true]) for i in swarm.followers}
     sole = swarm.sole_leader

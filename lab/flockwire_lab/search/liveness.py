@@ -16,9 +16,7 @@ from flockwire_lab.search.formation import errors
 from flockwire_lab.search.record import Recorder
 from flockwire_lab.world import EPOCH, World
 
-FIRST_START = 2.0  # s after the processes are started
 EVERY = 0.25  # s between two looks
-KEPT = 4  # looks at which all are at their places
 ON_GROUND = (Phase.GROUNDED, Phase.READY)
 
 
@@ -36,9 +34,10 @@ class Recovery:
 
     def begin(self) -> None:
         """Order the start, and look from then on."""
+        first_start = 2.0  # s after the processes are started
         self._world.conduct(None)
-        self._world.scheduler.at(EPOCH + nanoseconds(FIRST_START), lambda _: self._order("start"))
-        self._world.scheduler.at(EPOCH + nanoseconds(FIRST_START + EVERY), self._look)
+        self._world.scheduler.at(EPOCH + nanoseconds(first_start), lambda _: self._order("start"))
+        self._world.scheduler.at(EPOCH + nanoseconds(first_start + EVERY), self._look)
 
     def formed(self, seconds: float) -> tuple[float, float]:
         """Return how long a flight of `seconds` took until it was in formation again, s, and the bound.
@@ -59,11 +58,12 @@ class Recovery:
 
     def _judge(self, now: float) -> None:
         """Wait for the formation, once with another start; then land."""
+        kept = 4  # looks at which all are at their places
         if self._since is None:
             self._since = now
         self._kept = self._kept + 1 if self._stands() else 0
         took = now - self._since
-        if self._kept >= KEPT or (took > self._bound and self._started_again):
+        if self._kept >= kept or (took > self._bound and self._started_again):
             self._end(took)
         elif not self._started_again and (took > self._bound or self._rest_on_ground()):
             self._started_again, self._since = True, now

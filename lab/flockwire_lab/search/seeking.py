@@ -20,26 +20,25 @@ from flockwire_lab.search.flight import Judged
 from flockwire_lab.search.record import REACTIONS
 
 AXES = (("", *REACTIONS), ("", *SEARCHED_KINDS), ("", *Phase))  # of the archive
-BEGINNING = 48  # random flights before it varies them
-SPREAD = 0.1  # standard deviation at the start of CMA-ES
-REFUSED = -1e6  # objective of what is not a flight
 
 
 class Search:
     """Looks for the least margins in the unit cube of `size` dimensions: each emitter asks in turn."""
 
     def __init__(self, size: int, seed: int) -> None:
+        beginning = 48  # random flights before it varies them
+        spread = 0.1  # standard deviation at the start of CMA-ES
         self._seed, self._turns = seed, 0
         counts = [len(axis) for axis in AXES]
         self.archive = GridArchive(
             solution_dim=size, dims=counts, ranges=[(-0.5, count - 0.5) for count in counts], seed=seed
         )
-        self._first = list(np.random.default_rng(seed).random((BEGINNING, size)))
+        self._first = list(np.random.default_rng(seed).random((beginning, size)))
         self._asked = np.empty((0, size))  # what the emitter asked for, which may be outside the cube
         middle = np.full(size, 0.5)
         self._emitters = (
             IsoLineEmitter(self.archive, x0=middle, iso_sigma=0.02, line_sigma=0.2, batch_size=BATCH, seed=seed),
-            EvolutionStrategyEmitter(self.archive, x0=middle, sigma0=SPREAD, ranker="obj", batch_size=BATCH, seed=seed),
+            EvolutionStrategyEmitter(self.archive, x0=middle, sigma0=spread, ranker="obj", batch_size=BATCH, seed=seed),
         )
 
     def ask(self) -> list[Candidate]:
@@ -54,7 +53,8 @@ class Search:
 
     def tell(self, asked: Sequence[Candidate], found: Sequence[Judged]) -> None:
         """Learn the results of what was asked, or of a corpus."""
-        objectives = np.array([-scaled(judged) if judged.margins else REFUSED for judged in found])
+        refused = -1e6  # objective of what is not a flight
+        objectives = np.array([-scaled(judged) if judged.margins else refused for judged in found])
         cells = np.array([cell(judged) for judged in found])
         added = self.archive.add(np.array([candidate.point for candidate in asked]), objectives, cells)
         if len(self._asked) == len(asked):  # not of a corpus, and not cut off by `runs`

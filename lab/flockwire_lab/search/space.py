@@ -19,9 +19,7 @@ from flockwire_lab.study.file import Draw, Study, StudyError
 from flockwire_lab.study.variation import Table, vary
 
 Element = TypeVar("Element")
-SLOT = 10  # coordinates of one fault of any kind
 PATH = "leader.trajectory"  # in the swarm file
-SMALL = 0.3  # m, and the share of a speed, by which the usual space varies what the swarm file has
 
 
 class SearchPlan(Study):
@@ -81,6 +79,7 @@ class Space:
     """The flights that a plan varies the swarm file's content `table` to; raises StudyError for a bad plan."""
 
     def __init__(self, plan: SearchPlan, table: Table, swarm: Swarm) -> None:
+        slot = 10  # coordinates of one fault of any kind
         if plan.grid:
             raise StudyError(f"grid.{min(plan.grid)}: a search has no grid; search each combination by itself")
         self._plan, self._table, self._kinds = plan, table, plan.fault_kinds
@@ -91,7 +90,7 @@ class Space:
             lengths["graph"] = 3 * len(swarm.drones)
         for place, fault in enumerate(plan.faults):
             lengths[f"fault {place}"] = 1 + sum(isinstance(value, Draw) for value in fault.table.values())
-        lengths |= {f"any {place}": SLOT for place in range(plan.any_faults)}
+        lengths |= {f"any {place}": slot for place in range(plan.any_faults)}
         self.size = sum(lengths.values())
         ends = [sum(list(lengths.values())[: k + 1]) for k in range(len(lengths))]
         self._parts = {name: slice(end - lengths[name], end) for name, end in zip(lengths, ends, strict=True)}
@@ -116,18 +115,19 @@ def usual_space(table: Table, swarm: Swarm, mode: Mode) -> dict[str, Any]:
 
     In the mode liveness network, clocks and airframes are as in the swarm file: their faults must end.
     """
+    small = 0.3  # m, and the share of a speed, by which the usual space varies what the swarm file has
     spans = _conditions(swarm) if mode == "safety" else {}
     path: dict[str, Any] = table
     for key in PATH.split("."):
         path = path.get(key, {})
     for axis, speed in enumerate(path.get("velocity", ())[:2]):
-        spans[f"{PATH}.velocity.{axis}"] = _round(speed, SMALL * swarm.reference.input_bound)
+        spans[f"{PATH}.velocity.{axis}"] = _round(speed, small * swarm.reference.input_bound)
     for place, point in enumerate(path.get("points", ())):
         for axis in (0, 1):
-            spans[f"{PATH}.points.{place}.{axis}"] = _round(point[axis], SMALL)
+            spans[f"{PATH}.points.{place}.{axis}"] = _round(point[axis], small)
     for place, obstacle in enumerate(table.get("obstacles", ())):
         for axis in (0, 1):
-            spans[f"obstacles.{place}.center.{axis}"] = _round(obstacle["center"][axis], SMALL)
+            spans[f"obstacles.{place}.center.{axis}"] = _round(obstacle["center"][axis], small)
     box, centre = [], []
     for axis, places in enumerate(list(zip(*(drone.start for drone in swarm.drones), strict=True))[:2]):
         width, middle = ceil(max(places) - min(places)) + 1, (min(places) + max(places)) / 2.0

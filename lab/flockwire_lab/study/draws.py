@@ -10,16 +10,14 @@ from flockwire_core.swarm.model import Swarm
 
 from flockwire_lab.study.file import RandomGraph, Starts, StudyError
 
-TRIES = 2000  # tries for one drone, until all are drawn again
-BEGINNINGS = 20
-
 
 def random_starts(swarm: Swarm, starts: Starts, chance: Random) -> list[tuple[float, float]]:
     """Return the starts of the swarm's drones, m, in their order; raises StudyError if the box is too full."""
+    beginnings = 20
     unknown = set(starts.fixed) - set(swarm.flying)
     if unknown:
         raise StudyError(f"starts.fixed = {list(starts.fixed)}: there is no drone {min(unknown)}")
-    for _ in range(BEGINNINGS):
+    for _ in range(beginnings):
         places = _places(swarm, starts, chance)
         if places is not None:
             return places
@@ -30,10 +28,11 @@ def random_starts(swarm: Swarm, starts: Starts, chance: Random) -> list[tuple[fl
 
 
 def _places(swarm: Swarm, starts: Starts, chance: Random) -> list[tuple[float, float]] | None:
+    tries = 2000  # tries for one drone, until all are drawn again
     (x, y), (width, depth) = starts.centre, starts.box
     found = {drone.id: drone.start[:2] for drone in swarm.drones if drone.id in starts.fixed}
     for drone in swarm.drones:
-        for _ in range(TRIES if drone.id not in starts.fixed else 0):
+        for _ in range(tries if drone.id not in starts.fixed else 0):
             place = (x + (chance.random() - 0.5) * width, y + (chance.random() - 0.5) * depth)
             if _free(place, found.values(), swarm, starts):
                 found[drone.id] = place

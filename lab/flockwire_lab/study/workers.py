@@ -22,7 +22,6 @@ from flockwire_lab.study.file import StudyError
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 PATIENCE = 10.0  # s for a scheduler to answer with a worker
-AHEAD = 3  # runs in the queue for each worker
 
 
 class WorkersLostError(RuntimeError):
@@ -81,10 +80,11 @@ def cluster(address: str) -> Iterator[Workers]:
 
 def conduct(tasks: Iterable[Task], workers: Workers, fly: Callable[[Task], Result]) -> Iterator[Result]:
     """Fly all tasks, in any order they end; raises WorkersLostError."""
+    ahead = 3  # runs in the queue for each worker
     waiting = iter(tasks)
     running: set[Future[Result]] = set()
     while True:
-        room = AHEAD * workers.count - len(running)
+        room = ahead * workers.count - len(running)
         try:
             running |= {workers.executor.submit(fly, task) for task in islice(waiting, room)}
             finished, running = wait(running, return_when=FIRST_COMPLETED)

@@ -11,12 +11,12 @@ import sys
 from typing import NoReturn
 
 ORDERS = ("stop", "land", "hold")
-INTERRUPTED = 130  # exit status, as shells have it
 NO_THREAD = "can't start new thread"  # Python's text of a limit
 
 
 def main() -> NoReturn:
     """Run the command line."""
+    interrupted = 130  # exit status, as shells have it
     os.environ["MPLBACKEND"] = "agg"  # a notebook's, which its cells pass on, may not be installed here
     try:
         from flockwire_core.runtime.standard_streams import report, tolerant  # noqa: PLC0415
@@ -25,8 +25,8 @@ def main() -> NoReturn:
             status = _run()
         status = status or max((report(error) for error in errors), default=0)
     except KeyboardInterrupt:
-        status = INTERRUPTED
-    if status == INTERRUPTED:
+        status = interrupted
+    if status == interrupted:
         print("flockwire: interrupted", file=sys.stderr)
     raise SystemExit(status)
 

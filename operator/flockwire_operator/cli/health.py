@@ -12,11 +12,11 @@ import sys
 import tempfile
 
 PATIENCE = 2.0  # s for an answer
-OLDEST_STEP = 2.0  # s
 
 
 def ask(path: str) -> tuple[bool, str]:
     """Return whether the process at the Unix socket `path` is healthy, and a line about it."""
+    oldest_step = 2.0  # s
     with tempfile.TemporaryDirectory() as folder, socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as asker:
         asker.settimeout(PATIENCE)
         asker.bind(os.path.join(folder, "asker"))  # noqa: PTH118  (pathlib takes longer to import than all the rest)
@@ -29,7 +29,7 @@ def ask(path: str) -> tuple[bool, str]:
             return False, f"{path}: no process answers: {error.strerror}"
     age = told["step_age_s"]
     line = f"{told['identity']}: {told['phase']} {told['detail']}".rstrip()
-    if age is None or age > OLDEST_STEP:
+    if age is None or age > oldest_step:
         return False, f"{line}; {'no step yet' if age is None else f'last step {age:.1f} s ago'}"
     return True, line
 

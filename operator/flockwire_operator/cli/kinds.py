@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from flockwire_core.process.cores import Core, Start
     from flockwire_core.runtime.job import Job
 
-PATIENCE = 1.0  # s that an ended process waits for a paused terminal
-FASTEST = 100.0  # times the recorded pace
 KINDS = {row.kind: row for row in PROCESSES if row.started}
 
 
@@ -42,9 +40,10 @@ class _Help(RawDescriptionHelpFormatter):
 
 def run(kind: str, arguments: Sequence[str]) -> int:
     """Run one process of that kind to its end; returns its exit status. Raises SystemExit for bad arguments."""
+    patience = 1.0  # s that an ended process waits for a paused terminal
     row = KINDS[kind]
     given = parser_of(row).parse_args(arguments)
-    with unblocked(PATIENCE):
+    with unblocked(patience):
         return _serve(row, given)
 
 
@@ -151,12 +150,13 @@ def _alone(row: Process, plan: Plan, protocol: str) -> int:
 
 
 def _pace(text: str) -> float:
+    fastest = 100.0  # times the recorded pace
     try:
         pace = float(text)
     except ValueError:
         pace = 0.0
-    if not 0.0 < pace <= FASTEST:
-        raise ArgumentTypeError(f"{text!r}: must be a number above 0, at most {FASTEST:g}")
+    if not 0.0 < pace <= fastest:
+        raise ArgumentTypeError(f"{text!r}: must be a number above 0, at most {fastest:g}")
     return pace
 
 

@@ -19,7 +19,6 @@ from flockwire_operator.station.connecting import connected
 from flockwire_operator.station.operator import Operator
 from flockwire_operator.station.terminal.interrupts import interrupts
 
-POLL = 0.1  # s
 UNSAFE_PORT = "--port = {port}: browsers refuse to open this port (ERR_UNSAFE_PORT); choose another, like 8420"
 UNSAFE = frozenset({  # the "bad ports" of https://fetch.spec.whatwg.org
     1, 7, 9, 11, 13, 15, 17, 19, 20, 21, 22, 23, 25, 37, 42, 43, 53, 69, 77, 79, 87, 95, 101, 102, 103, 104, 109, 110,
@@ -35,6 +34,7 @@ async def serve(plan: Plan, keys: Path, address: str, port: int, foxglove: int |
     Returns False if it was interrupted before the router answered. Raises OSError if the port cannot be opened,
     CredentialsError, FoxgloveError.
     """
+    poll = 0.1  # s
     if port in UNSAFE:
         print(f"flockwire: warning: {UNSAFE_PORT.format(port=port)}", file=sys.stderr)
     token = secrets.token_urlsafe(16)
@@ -58,7 +58,7 @@ async def serve(plan: Plan, keys: Path, address: str, port: int, foxglove: int |
             while not interrupted.count:
                 if viewers is not None:
                     viewers.forward(clock.now())
-                await asyncio.sleep(POLL)
+                await asyncio.sleep(poll)
         finally:
             await runner.cleanup()
     return True

@@ -30,10 +30,8 @@ from flockwire_operator.station.operator import Operator
 PAGE = Path(__file__).with_name("page")
 PERIOD = 0.1  # s between two pictures
 ORDERS = ("start", "formation", "hold", "land", "stop")
-LONGEST_ORDER = 4096  # bytes
 MOST_PAGES = 32  # with the token, and as many without: those keep no operator out
 LONGEST_SEND = 1.0  # s for a page to accept a picture
-HEARTBEAT = 20.0  # s: with less, a busy station could disconnect a page that is about to order a stop
 OTHER_LINK = "this link has the token of another console; open the link that the console printed at its last start"
 POLICY = (
     "default-src 'self'; connect-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'; "
@@ -84,6 +82,8 @@ class Pages:
 
     async def _live(self, request: web.Request) -> web.StreamResponse:
         """Show the flight to a page; a page with the token may give orders, a wrong token is refused."""
+        longest_order = 4096  # bytes
+        heartbeat = 20.0  # s: with less, a busy station could disconnect a page that is about to order a stop
         given = request.query.get("token", "")
         if given and not hmac.compare_digest(given.encode(), self._token.encode()):
             raise web.HTTPForbidden(text=OTHER_LINK)
@@ -93,7 +93,7 @@ class Pages:
         alike = self._operating_pages if given else self._sockets.keys() - self._operating_pages
         if len(alike) >= MOST_PAGES:
             raise web.HTTPServiceUnavailable(text=f"{MOST_PAGES} pages are open already")
-        socket = web.WebSocketResponse(max_msg_size=LONGEST_ORDER, heartbeat=HEARTBEAT)
+        socket = web.WebSocketResponse(max_msg_size=longest_order, heartbeat=heartbeat)
         await socket.prepare(request)
         transport = request.transport
         assert transport is not None  # noqa: S101  (the connection was just answered)

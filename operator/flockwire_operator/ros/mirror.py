@@ -32,7 +32,6 @@ from flockwire_operator.ros.topics import (
 )
 
 PICTURE_PERIOD, HEALTH_PERIOD = SECOND // 10, SECOND  # ns
-TIME_CONSTANT = 0.05  # s, of the velocity in an odometry
 FORGET = SECOND  # ns without a pose after which a velocity begins again
 TRACKER_FRAME = "tracker"
 
@@ -94,11 +93,12 @@ class Mirror:
         return Transform(now, self._names.frame(TRACKER_FRAME), gateway.offset, gateway.rotation)
 
     def _pose(self, key: Key, topics: tuple[Topic, ...], pose: Pose) -> None:
+        time_constant = 0.05  # s, of the velocity in an odometry
         stamp, frame, position, orientation = pose.stamp, pose.frame, pose.position, pose.orientation
         name = self._names.frame(key.owner)
         track, seconds = self._tracks.get(key.owner), stamp / SECOND
         if track is None or seconds - track.stamp > FORGET / SECOND:
-            track = self._tracks[key.owner] = VelocityTracker(TIME_CONSTANT, position, seconds)
+            track = self._tracks[key.owner] = VelocityTracker(time_constant, position, seconds)
         track.update(position, seconds)
         velocity = rotate(conjugate(orientation), track.velocity)
         self._due.append((topics[0], encode(pose)))

@@ -15,9 +15,6 @@ from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import Status
 
-LIFETIME = 0.5  # s for which a marker is drawn unless it comes again
-SIZE = 0.18  # m, of a drone
-TALL = 3.0  # m, of an obstacle without an end
 WHITE: Colour = (1.0, 1.0, 1.0, 0.9)
 ORANGE: Colour = (1.0, 0.6, 0.1, 1.0)
 BLUE: Colour = (0.2, 0.5, 1.0, 1.0)
@@ -46,18 +43,20 @@ class Picture:
 
     def markers(self, now: int) -> bytes:
         """Return a MarkerArray of all that is known at `now` (Unix ns)."""
+        lifetime = 0.5  # s for which a marker is drawn unless it comes again
         places = self._places(now)
         found = (*self._constant, *self._drones(), *self._edges(), *self._at_places(places))
-        return marker_array(now, self._plan.swarm.frame, found, LIFETIME)
+        return marker_array(now, self._plan.swarm.frame, found, lifetime)
 
     def _drones(self) -> list[Marker]:
+        size = 0.18  # m, of a drone
         found = []
         for number, (name, position) in enumerate(self.positions.items()):
             colour = ORANGE if name in map(uav, self._plan.swarm.leaders) else BLUE
-            found.append(Marker("drones", number, Shape.SPHERE, colour, (SIZE, SIZE, SIZE), position))
+            found.append(Marker("drones", number, Shape.SPHERE, colour, (size, size, size), position))
             text = "\n".join(filter(None, (name, self._told(name))))
-            above = add(position, (0.0, 0.0, 1.5 * SIZE))
-            found.append(Marker("names", number, Shape.TEXT, WHITE, (0.0, 0.0, SIZE), above, text=text))
+            above = add(position, (0.0, 0.0, 1.5 * size))
+            found.append(Marker("names", number, Shape.TEXT, WHITE, (0.0, 0.0, size), above, text=text))
         for number, (_, position) in enumerate(self.estimates.items()):
             found.append(Marker("estimates", number, Shape.SPHERE, PURPLE, (0.06, 0.06, 0.06), position))
         return found
@@ -115,9 +114,10 @@ class Picture:
         return (Marker("fence", 0, Shape.LINE_LIST, GREY, (0.02, 0.0, 0.0), points=tuple(points)),)
 
     def _obstacles(self) -> tuple[Marker, ...]:
+        tall = 3.0  # m, of an obstacle without an end
         found = []
         for number, obstacle in enumerate(self._plan.swarm.obstacles):
-            height, width = obstacle.height or TALL, max(2.0 * obstacle.radius, 0.05)
+            height, width = obstacle.height or tall, max(2.0 * obstacle.radius, 0.05)
             middle = add(obstacle.center, (0.0, 0.0, 0.5 * height))
             found.append(Marker("obstacles", number, Shape.CYLINDER, RED, (width, width, height), middle))
         return tuple(found)

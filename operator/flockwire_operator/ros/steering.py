@@ -17,10 +17,6 @@ from flockwire_core.wire.keys import STEERING, Key
 
 from flockwire_operator.ros.topics import Topic
 
-TIME_CONSTANT = 0.2  # s, of the velocity of the place to follow
-FARTHEST = 1e6  # m and m/s: larger numbers have no velocity that can be computed
-FORGET = 1.0  # s without a place after which its velocity begins again
-
 
 class Steering:
     """Turns the newest message of the leader's topic into a steering command; `counts` counts bad ones.
@@ -46,6 +42,7 @@ class Steering:
 
     def take(self, payload: bytes, now: int) -> None:
         """Take a message of the topic that arrived at `now` (Unix ns)."""
+        farthest = 1e6  # m and m/s: larger numbers have no velocity that can be computed
         try:
             message = decode(Steer, payload) if self.topic.ros_type == TWIST else decode(Pose, payload)
         except MessageError:
@@ -54,7 +51,7 @@ class Steering:
         if message.frame not in ("", self._frame):
             self.counts["ROS steering of another frame"] += 1
             return
-        if max(map(abs, message.velocity if isinstance(message, Steer) else message.position)) > FARTHEST:
+        if max(map(abs, message.velocity if isinstance(message, Steer) else message.position)) > farthest:
             self.counts["ROS steering out of range"] += 1
             return
         self._velocity = message.velocity if isinstance(message, Steer) else self._towards(message, now / SECOND)
@@ -67,9 +64,11 @@ class Steering:
         return [(self._key, Steer(now, self._frame, limit(velocity, self._leader.speed)))]
 
     def _towards(self, pose: Pose, now: float) -> Vector | None:
+        time_constant = 0.2  # s, of the velocity of the place to follow
+        forget = 1.0  # s without a place after which its velocity begins again
         place = self._place
-        if place is None or now - place.stamp > FORGET:
-            place = self._place = VelocityTracker(TIME_CONSTANT, pose.position, now)
+        if place is None or now - place.stamp > forget:
+            place = self._place = VelocityTracker(time_constant, pose.position, now)
         place.update(pose.position, now)
         if self._position is None:
             return None

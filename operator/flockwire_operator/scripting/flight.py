@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from flockwire_core.wire.status import Report
 
 ORDER_TIME = 60.0  # s for an order, beside the climb or descent that it takes
-LOOK = 0.05  # s between two checks
 
 
 class FlightError(RuntimeError):
@@ -173,6 +172,7 @@ class Flight(ABC):
         self, done: Callable[[], bool], what: str, patience: float | None = None, failing: bool = False
     ) -> None:
         """Wait until `done`; raises FlightError after `patience` s, and when the flight fails (unless `failing`)."""
+        look = 0.05  # s between two checks
         if patience is None:
             patience = ORDER_TIME + self.swarm.climb_time
         deadline = self._now() + nanoseconds(patience)
@@ -183,7 +183,7 @@ class Flight(ABC):
             if self._now() >= deadline:
                 phases = ", ".join(f"{self._plan.pilots[i]} {drone.phase}" for i, drone in self.drones.items())
                 raise FlightError(f"{what}: not done after {patience:g} s: {phases}")
-            await self.sleep(LOOK)
+            await self.sleep(look)
 
 
 def _status(report: Report | None) -> DroneStatus:

@@ -25,9 +25,6 @@ from flockwire_core.wire.plan import Plan, port_of
 from flockwire_operator.station.idle_options import idle
 from flockwire_operator.station.prediction import predicted
 
-DEPTH_HORIZON = 40.0  # s of the leader's trajectory that are evaluated
-DEEP = 6  # hops beyond which noise and delay add up
-
 
 def describe(plan: Plan, duration: float = 40.0, law: Checked | None = None) -> str:
     """Return the description for `check`; `duration` is the flight's, s, `law` what the law's own check returned."""
@@ -109,6 +106,7 @@ def _lemma(swarm: Swarm) -> Iterator[str]:
 
 def _depth(swarm: Swarm) -> Iterator[str]:
     """Yield the expected error of the deepest drone's estimate with the extended law."""
+    depth_horizon = 40.0  # s of the leader's trajectory that are evaluated
     if swarm.control.law != "extended":
         return
     depths = swarm.topology.depths()
@@ -117,7 +115,7 @@ def _depth(swarm: Swarm) -> Iterator[str]:
     age = swarm.gateway.latency + depths[deepest] * (swarm.sim.delay + 1.0 / swarm.control.rate_hz)
     period = 1.0 / swarm.gateway.rate_hz
     noise = 1e3 * swarm.gateway.noise * noise_gain(constant, age, period)
-    moving = 1e3 * motion_error(swarm.reference.course(), constant, age, period, DEPTH_HORIZON)
+    moving = 1e3 * motion_error(swarm.reference.course(), constant, age, period, depth_horizon)
     yield (
         f"  deepest: {uav(deepest)}, {depths[deepest]} hops, data up to {1e3 * age:.0f} ms old; error of its estimate: "
         f"{noise:.2f} mm per axis from noise (standard deviation), {moving:.2f} mm at most from the leader's turns"
@@ -197,6 +195,7 @@ def warnings(swarm: Swarm) -> Iterator[str]:
 
 
 def _observer_warnings(swarm: Swarm) -> Iterator[str]:
+    deep = 6  # hops beyond which noise and delay add up
     if swarm.sole_leader is None:
         return
     graph, observer, bound = swarm.topology, swarm.observer, swarm.reference.input_bound
@@ -214,8 +213,8 @@ def _observer_warnings(swarm: Swarm) -> Iterator[str]:
                 f"{observer.gain:g} must be above {smallest:.2f} m/s"
             )
     deepest = swarm.depth
-    if deepest > DEEP:
-        yield f"the deepest drone is {deepest} hops from the leader: noise and delay grow with every hop beyond {DEEP}"
+    if deepest > deep:
+        yield f"the deepest drone is {deepest} hops from the leader: noise and delay grow with every hop beyond {deep}"
 
 
 def _law_warnings(swarm: Swarm) -> Iterator[str]:

@@ -28,7 +28,6 @@ from flockwire_operator.station.terminal.display import Display
 from flockwire_operator.station.terminal.interrupts import Interrupts, interrupts
 from flockwire_operator.station.terminal.keyboard import Keyboard, keys_pressed
 
-COMES_BACK = 10 * SECOND  # ns in which a supervisor has started a process again that ended in flight
 LEFT_TO_THEMSELVES = "left before the drones were known to be down: they land by themselves, the recorder ends last"
 LEFT = "left before the drones were known to be down; `flockwire land` lands them"
 
@@ -60,6 +59,7 @@ async def conduct(plan: Plan, keys: Path, duration: float, out: Path | None, hea
 
     The first interrupt lands. Raises CredentialsError.
     """
+    comes_back = 10 * SECOND  # ns in which a supervisor has started a process again that ended in flight
     with interrupts() as interrupted:
         session = await connected(plan, OPERATOR.kind, keys, interrupted)
         if session is None:
@@ -68,7 +68,7 @@ async def conduct(plan: Plan, keys: Path, duration: float, out: Path | None, hea
             operator, display = Operator(plan, session), Display(plan, plan.started, headless)
             # Without a gateway this host's time is used.
             await operator.watch(LOOK_TIME / SECOND, lambda: operator.core.knows_time)
-            operator.conduct(duration, grace=COMES_BACK)
+            operator.conduct(duration, grace=comes_back)
             if out is not None:
                 display.begin(out)
             return await at_terminal(operator, display, interrupted, LEFT)

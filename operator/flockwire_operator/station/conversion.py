@@ -17,7 +17,6 @@ from flockwire_core.domain.vector import Vector, subtract
 from flockwire_core.swarm.reading import LARGEST, read_text
 
 Track = list[tuple[float, Vector]]
-PIECE = 33  # numbers of a Crazyswarm piece: its duration, and 8 coefficients each of x, y, z, yaw
 SKYBRUSH = ("time [msec]", "x [m]", "y [m]", "z [m]")
 POSE = 8  # numbers of a TUM row
 UNKNOWN = (
@@ -62,9 +61,10 @@ def _of_text(text: str, rate: float) -> Track:
 
 def crazyswarm(lines: Sequence[str], rate: float) -> Track:
     """Return the points of Crazyswarm's polynomials: x(t) = sum_k c_k t^k in each piece, from its begin on."""
+    piece = 33  # numbers of a Crazyswarm piece: its duration, and 8 coefficients each of x, y, z, yaw
     track: Track = []
     begin = 0.0
-    for number, row in _rows(lines[1:], ",", PIECE, 2):
+    for number, row in _rows(lines[1:], ",", piece, 2):
         duration = row[0]
         if duration <= 0.0:
             raise ValueError(f"line {number}: duration = {duration:g}: must be above 0")

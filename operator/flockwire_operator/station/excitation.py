@@ -28,9 +28,6 @@ from flockwire_operator.station.identification import StepResponse
 
 PULSES = ((0.5, 1.0), (1.0, -1.0), (0.5, 1.0)) * 6  # s, sign: it ends at its start
 STEP = 0.3  # m/s
-YAW_STEP = 0.6  # rad/s
-REST = 3.0  # s at the place, before each axis
-RESOLUTION = 1e-4  # m/s, of recorded commands: the control of the other axes leaks into them by rounding
 MOST_INTERRUPTIONS = 5  # holds, by the staleness ladder, that it tolerates
 ROSE, NOT_ROSE = 0.6, 0.25  # m, of a drone by its own sensors, and of its body at the tracker
 PATIENCE = 60.0  # s to wait for poses, telemetry and take-off
@@ -126,6 +123,7 @@ class ExcitationCore:
             )
 
     def _go_on(self, phase: Phase, now: int) -> None:
+        rest = 3.0  # s at the place, before each axis
         lasted = (now - self._since) / SECOND
         match self.stage:
             case ExcitationStage.WAITING:
@@ -144,7 +142,7 @@ class ExcitationCore:
                 self._enter(ExcitationStage.RESTING, now)  # the axis restarts when all inputs are fresh
             case ExcitationStage.RESTING | ExcitationStage.EXCITING if phase is not Phase.FORMATION:
                 self._fail(f"{phase}: {self._pilot.flight.reason.text or 'on the ground'}", now)
-            case ExcitationStage.RESTING if lasted >= REST:
+            case ExcitationStage.RESTING if lasted >= rest:
                 self._begin(now)
             case ExcitationStage.EXCITING if lasted >= sum(duration for duration, _ in PULSES):
                 self.responses[self._left.pop(0)] = StepResponse(tuple(self._changes), tuple(self._track))
@@ -200,18 +198,20 @@ class ExcitationCore:
 
     def _turned(self, message: Message, sign: float, now: int) -> Message:
         """Return and record a command with the current yaw rate."""
+        yaw_step = 0.6  # rad/s
         if self.stage is not ExcitationStage.EXCITING or not isinstance(message, Command):
             return message
         if self._left[0] is Axis.CLOCKWISE:
-            message = message._replace(yaw_rate=-YAW_STEP * sign)
+            message = message._replace(yaw_rate=-yaw_step * sign)
         self._note_command(self._left[0], message, now)
         return message
 
     def _note_command(self, axis: Axis, command: Command, now: int) -> None:
+        resolution = 1e-4  # m/s, of recorded commands: the control of the other axes leaks into them by rounding
         value = sum(a * b for a, b in zip(command.velocity, self._direction, strict=True))
         if axis is Axis.CLOCKWISE:
             value = -command.yaw_rate
-        value = round(value / RESOLUTION) * RESOLUTION
+        value = round(value / resolution) * resolution
         if not self._changes or value != self._changes[-1][1]:
             self._changes.append(((now - self._pilot.born) / SECOND, value))
 

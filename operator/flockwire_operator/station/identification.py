@@ -21,12 +21,7 @@ from scipy.stats import t as student
 
 Array = npt.NDArray[np.float64]
 
-SHORTEST_LAG = 1e-3  # s
-LONGEST = 2.0  # s, of lag and of dead time
 FIRST_GUESS = (1.0, 0.2, 0.1)  # gain, lag, dead time
-CONFIDENCE = 0.95
-SHORTEST_PULSE = 0.1  # s: faster changes are a ramp of one pulse, caused by the limit of acceleration
-FEWEST_CHANGES = 4  # of the command; fewer do not determine the fit
 
 
 class IdentificationError(ValueError):
@@ -65,9 +60,13 @@ class AxisFit(NamedTuple):
 
 def fit_axis(response: StepResponse) -> AxisFit:
     """Fit one axis; raises IdentificationError if the response does not determine it."""
+    shortest_lag = 1e-3  # s
+    longest = 2.0  # s, of lag and of dead time
+    shortest_pulse = 0.1  # s: faster changes are a ramp of one pulse, caused by the limit of acceleration
+    fewest_changes = 4  # of the command; fewer do not determine the fit
     when, by = _steps(response.changes)
     times, track = np.asarray(response.track, dtype=float).reshape(-1, 2).T
-    if len(when) < FEWEST_CHANGES or len(times) < 10 * FEWEST_CHANGES:
+    if len(when) < fewest_changes or len(times) < 10 * fewest_changes:
         raise IdentificationError(f"{len(when)} changes of the command and {len(times)} positions: too few")
     begin = float(times[0])
 
@@ -77,11 +76,11 @@ def fit_axis(response: StepResponse) -> AxisFit:
 
     found = least_squares(
         residuals, (*FIRST_GUESS, track[0], 0.0), x_scale=(1.0, 0.1, 0.1, 1.0, 1.0),
-        bounds=((-np.inf, SHORTEST_LAG, 0.0, -np.inf, -np.inf), (np.inf, LONGEST, LONGEST, np.inf, np.inf)),
+        bounds=((-np.inf, shortest_lag, 0.0, -np.inf, -np.inf), (np.inf, longest, longest, np.inf, np.inf)),
     )  # fmt: skip
     if found.x[0] <= 0.0:
         raise IdentificationError(f"gain {found.x[0]:.2f}: it did not move as commanded; is that the drone's own body?")
-    pulses = when[np.diff(when, prepend=-np.inf) > SHORTEST_PULSE]
+    pulses = when[np.diff(when, prepend=-np.inf) > shortest_pulse]
     half = _half_widths(found.jac, found.fun, np.searchsorted(pulses, times))
     gained, lagged, dead = (
         Interval(*map(float, (found.x[k], found.x[k] - half[k], found.x[k] + half[k]))) for k in range(3)
@@ -114,6 +113,7 @@ def _position(parameters: Array, when: Array, by: Array, times: Array, begin: fl
 
 def _half_widths(jacobian: Array, residuals: Array, clusters: npt.NDArray[np.intp]) -> Array:
     """Return half the width of each parameter's interval."""
+    confidence = 0.95
     bread = np.linalg.pinv(jacobian.T @ jacobian)
     labels = np.unique(clusters)
     meat = np.zeros_like(bread)
@@ -124,5 +124,5 @@ def _half_widths(jacobian: Array, residuals: Array, clusters: npt.NDArray[np.int
     degrees = max(1, count - free)
     alike = np.diag(bread @ meat @ bread) * count / degrees
     independent = np.diag(bread) * float(residuals @ residuals) / max(1, len(residuals) - free)
-    wide: Array = student.ppf(0.5 + CONFIDENCE / 2.0, degrees) * np.sqrt(np.maximum(alike, independent))
+    wide: Array = student.ppf(0.5 + confidence / 2.0, degrees) * np.sqrt(np.maximum(alike, independent))
     return wide

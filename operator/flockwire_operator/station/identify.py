@@ -26,7 +26,6 @@ from flockwire_operator.station.identification import AxisFit, StepResponse, com
 from flockwire_operator.station.processes import Children
 from flockwire_operator.station.terminal.interrupts import Interrupts, interrupts
 
-POLL = 0.1  # s
 TIME_KNOWN = 10.0  # s
 UNTIMED = "the gateway's time is not known: check the gateway and the link to it"
 UNITS = {Axis.CLOCKWISE: "rad"}
@@ -69,9 +68,10 @@ async def excite(
 
 async def _watch(core: ExcitationCore, name: str, children: Children, interrupted: Interrupts) -> None:
     """Print the stages of the drone `name` until the last or a second interrupt; a first one, or a death, lands it."""
+    poll = 0.1  # s
     told = ""
     while core.stage is not ExcitationStage.DONE and interrupted.count <= 1:
-        await asyncio.sleep(POLL)
+        await asyncio.sleep(poll)
         report = core.report(clock.now())
         if (state := f"{report.phase}: {report.detail}") != told:
             told = state

@@ -17,12 +17,7 @@ from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.outline import Key, Outline, schema
 from flockwire_core.wire.processes import GATEWAY
 
-SPACING = 1.2  # m between neighbours on the circle
-RATE = 0.3  # rad/s, at most
-SPEED = 0.5  # m/s, most of a follower on its circle: with the lag of LABORATORY neighbours keep it
-CIRCLE = 1.0  # m, of the leader's circle
 REACH = 4.0  # m from the formation to the fence: the leader's circle, and a margin
-LONGEST_NAME = 64  # characters of a swarm's name
 SCHEMA = ".flockwire/swarm.schema.json"
 CAMERAS = GATEWAY.kind  # its table has them
 AIRFRAME = f"airframes.{KINEMATICS.kind}"  # of drones that name no airframe
@@ -53,10 +48,11 @@ def write_swarm(file: Path, drones: int, ideal: bool = False) -> None:
 
     Its simulated world is a laboratory's, or `ideal`: without noise, latency and lag. Raises OSError.
     """
+    longest_name = 64  # characters of a swarm's name
     name = re.sub(r"\W", "_", file.stem, flags=re.ASCII)
     if not name[0].isalpha():
         name = f"swarm_{name}"
-    file.write_text(swarm_text(name[:LONGEST_NAME], drones, ideal), encoding="utf-8")
+    file.write_text(swarm_text(name[:longest_name], drones, ideal), encoding="utf-8")
     beside = file.parent / SCHEMA
     beside.parent.mkdir(exist_ok=True)
     beside.write_text(json.dumps(schema(Swarm), indent=1) + "\n", encoding="utf-8")
@@ -70,19 +66,23 @@ def swarm_text(name: str, drones: int, ideal: bool) -> str:
 
 def _given(name: str, drones: int) -> Given:
     """Return the required values, by table."""
+    rate = 0.3  # rad/s, at most
+    speed = 0.5  # m/s, most of a follower on its circle: with the lag of LABORATORY neighbours keep it
+    circle = 1.0  # m, of the leader's circle
     radius = _radius(drones)
     reach = float(ceil(radius + REACH))
     return {
         "": {"name": name},
-        "formation": {"kind": "circle", "radius": radius, "rate": round(min(RATE, SPEED / radius), 2)},
+        "formation": {"kind": "circle", "radius": radius, "rate": round(min(rate, speed / radius), 2)},
         "graph": {"edges": [[(i - 1) // 2, i] for i in range(1, drones)]},
-        "leader.trajectory": {"kind": "circle", "radius": CIRCLE, "rate": 0.1},
+        "leader.trajectory": {"kind": "circle", "radius": circle, "rate": 0.1},
         "limits.fence": {"min": [-reach, -reach, -0.5], "max": [reach, reach, 3.0]},
     }
 
 
 def _radius(drones: int) -> float:
-    return max(1.5, ceil(10.0 * SPACING * (drones - 1) / (2.0 * pi)) / 10.0)
+    spacing = 1.2  # m between neighbours on the circle
+    return max(1.5, ceil(10.0 * spacing * (drones - 1) / (2.0 * pi)) / 10.0)
 
 
 def _places(drones: int) -> list[list[float]]:

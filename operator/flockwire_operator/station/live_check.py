@@ -26,7 +26,6 @@ from flockwire_core.wire.status import SERIAL, Reason, Status
 from flockwire_operator.station.operator import Operator
 
 LOOK_TIME = 4.0  # s
-STILL = 0.02  # m, largest apparent motion of a body on the ground
 
 
 class Finding(NamedTuple):
@@ -96,6 +95,7 @@ def _process(plan: Plan, identity: str, seen: Seen) -> Finding:
 
 
 def _pilot(plan: Plan, drone: int, status: Status, seen: Seen) -> Iterator[Finding]:
+    still = 0.02  # m, largest apparent motion of a body on the ground
     name, limits, report = uav(drone), plan.swarm.limits, status.report
     fresh = 0.0 <= report.pose_age <= limits.staleness.pose_zero
     lost = f"is the body {plan.swarm.body(drone)!r} in the cameras' view, with this name ([[drones]] body)?"
@@ -108,7 +108,7 @@ def _pilot(plan: Plan, drone: int, status: Status, seen: Seen) -> Iterator[Findi
     if places:
         spread = max(dist(place, places[0]) for place in places)
         moves = "put it down; otherwise the tracker confuses it with another body, or needs calibration"
-        yield Finding(name, "still", f"within {1e3 * spread:.1f} mm", "" if spread <= STILL else moves)
+        yield Finding(name, "still", f"within {1e3 * spread:.1f} mm", "" if spread <= still else moves)
         yield _start(plan, drone, places[-1], report.mission)
     ready = report.phase == Phase.READY
     waits = report.line or f"it is {report.phase}"

@@ -12,8 +12,6 @@ from flockwire_core.swarm.leader import AT_REST
 from flockwire_core.swarm.model import SURVEY_HORIZON, Swarm, uav
 
 STEP = 0.05  # s between the evaluated instants
-INSTANTS = 2400  # largest number of instants: a long flight has longer steps
-ENDLESS = 3600.0  # s of a flight without an end that are evaluated
 
 
 def predicted(swarm: Swarm, duration: float, avoided: bool = True) -> Iterator[str]:
@@ -21,13 +19,14 @@ def predicted(swarm: Swarm, duration: float, avoided: bool = True) -> Iterator[s
 
     0 is a flight without an end. With `avoided` obstacles are problems that followers fly around.
     """
+    endless = 3600.0  # s of a flight without an end that are evaluated
     climb = swarm.limits.takeoff_height / swarm.limits.vertical_speed
     if 0.0 < duration < climb:
         yield (
             f"--duration = {duration:g} s: the take-off alone takes {climb:.0f} s (limits.takeoff_height = "
             f"{swarm.limits.takeoff_height:g} m, limits.vertical_speed = {swarm.limits.vertical_speed:g} m/s)"
         )
-    duration = duration or ENDLESS
+    duration = duration or endless
     yield from _of_real_drones(swarm)
     yield from _of_leader(swarm, duration)
     for name, key in swarm.formation_keys.items():
@@ -108,7 +107,8 @@ def _owner(swarm: Swarm, formation: str, rank: int) -> str:
 
 
 def _instants(duration: float) -> Iterator[float]:
-    step = max(STEP, duration / INSTANTS)
+    instants = 2400  # largest number of instants: a long flight has longer steps
+    step = max(STEP, duration / instants)
     return (k * step for k in range(int(duration / step) + 1))
 
 

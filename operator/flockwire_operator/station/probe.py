@@ -36,12 +36,8 @@ from flockwire_operator.station.processes import Children
 from flockwire_operator.station.terminal.interrupts import Interrupts
 from flockwire_operator.station.terminal.progress import Show, progress
 
-RECEIVING = 0.6  # s, longer than the gateway takes to repeat an order
-ANSWER_TIME = 1.5  # s for a running swarm to answer
 START_TIME = 10.0  # s for it to start
 WAITING = (Phase.GROUNDED, Phase.WAITING)
-SETTLING = 0.3  # s, longer than two statuses take
-SECOND_LOOK = 4  # times as long after a blocked key: a busy machine is not a refusal
 
 Accepted = dict[tuple[Key, str], int]
 
@@ -70,6 +66,7 @@ def probe(
 
     `show` gets each deviation, `advance` the next attacker and the number of those done.
     """
+    second_look = 4  # times as long after a blocked key: a busy machine is not a refusal
     observations: list[AttackResult] = []
     found = [
         Deviation(identity, "", "silent", "", "", leak=False)
@@ -82,7 +79,7 @@ def probe(
             alive = _alive(operator)
             observed = list(_attack(plan, keys, group, operator))
             if any(not deviation.leak for o in observed for deviation in deviations(plan, o, alive & _alive(operator))):
-                again = _attack(plan, keys, group, operator, SECOND_LOOK)
+                again = _attack(plan, keys, group, operator, second_look)
                 observed = [first | second for first, second in zip(observed, again, strict=True)]
             observations += observed
             new = [deviation for o in observed for deviation in deviations(plan, o, alive & _alive(operator))]
@@ -133,6 +130,7 @@ async def run(plan: Plan, swarm_file: Path, keys: Path, out: Path) -> list[Devia
 
 async def _runs(plan: Plan, keys: Path) -> bool:
     """Return whether a process of the swarm answers."""
+    answer_time = 1.5  # s for a running swarm to answer
     try:
         session = Session(plan, OPERATOR.kind, keys)
     except RouterAbsentError:
@@ -140,7 +138,7 @@ async def _runs(plan: Plan, keys: Path) -> bool:
     with session:
         operator = Operator(plan, session)
         operator.poll()
-        await asyncio.to_thread(_watch, operator, ANSWER_TIME)
+        await asyncio.to_thread(_watch, operator, answer_time)
         return bool(operator.statuses)
 
 
@@ -175,16 +173,18 @@ def _attack(
     plan: Plan, keys: Path, group: tuple[Attacker, ...], operator: Operator, patience: int = 1
 ) -> Iterator[AttackResult]:
     """Receive in all modes at once, but publish in one after the other, to know the publisher."""
+    receiving = 0.6  # s, longer than the gateway takes to repeat an order
+    settling = 0.3  # s, longer than two statuses take
     with ExitStack() as stack:
         attacks = [stack.enter_context(Attack(plan, attacker, str(keys / "ca.crt"), patience)) for attacker in group]
         links = [attack.link() for attack in attacks]
         for attack in attacks:
             attack.subscribe()
-        _watch(operator, patience * RECEIVING)
+        _watch(operator, patience * receiving)
         for attacker, attack, linked in zip(group, attacks, links, strict=True):
             before = _accepted(plan, operator)
             attack.forge()
-            _watch(operator, patience * SETTLING)
+            _watch(operator, patience * settling)
             after = _accepted(plan, operator)
             published = frozenset(cell for cell, count in after.items() if count > before.get(cell, 0))
             yield AttackResult(attacker.identity, attacker.mode, frozenset(attack.keys_received()), published, linked)

@@ -26,7 +26,6 @@ GRACE = 2.5  # s between the signal to end and SIGKILL
 FILING = 30.0  # s for a recorder, which has a trace to complete
 LANDING_TIME = 60.0  # s for processes with a flying drone, beside its descent
 POLL = 0.02  # s
-LONGEST_LAST_LINE = 4096  # bytes of a process's last output that are read
 REFUSED = 2  # exit status of a process with a bad configuration
 
 
@@ -101,8 +100,9 @@ class Children:
 
     def how(self, identity: str) -> str:
         """Return a line about how a process ended unexpectedly, with its last output."""
+        longest_last_line = 4096  # bytes of a process's last output that are read
         with self.log(identity).open("rb") as log:  # only its end: the caller conducts a flight
-            log.seek(max(0, log.seek(0, os.SEEK_END) - LONGEST_LAST_LINE))
+            log.seek(max(0, log.seek(0, os.SEEK_END) - longest_last_line))
             lines = log.read().decode(errors="replace").strip().splitlines()
         status = self._running[identity].poll() or 0
         how = f"signal {signal.Signals(-status).name}" if status < 0 else f"exit status {status}"

@@ -24,7 +24,6 @@ from flockwire_operator.station.terminal.gamepad import Gamepad
 from flockwire_operator.station.terminal.interrupts import interrupts
 from flockwire_operator.station.terminal.keyboard import keys_pressed
 
-PERIOD = 0.05  # s between two commands
 HELD = 0.6 * SECOND  # ns: longer than a keyboard waits before it repeats a key
 WAYS: dict[str, Vector] = {
     "d": (1.0, 0.0, 0.0), "a": (-1.0, 0.0, 0.0), "w": (0.0, 1.0, 0.0), "s": (0.0, -1.0, 0.0),
@@ -71,6 +70,7 @@ async def steer(plan: Plan, keys: Path, gamepad: Gamepad | None = None) -> bool:
 
     A moved stick overrides the keys.
     """
+    period = 0.05  # s between two commands
     led, speed = steered(plan.swarm)
     pressed, keys_led = SteeringKeys(speed), [Key(STEERING, uav(number)) for number in led]
     with interrupts() as interrupted:
@@ -90,5 +90,5 @@ async def steer(plan: Plan, keys: Path, gamepad: Gamepad | None = None) -> bool:
                 velocity = velocity if velocity != ZERO else pressed.velocity(now)
                 command = Steer(clock.now(), plan.swarm.frame, velocity)
                 session.publish([(key, command) for key in keys_led])
-                await asyncio.sleep(PERIOD)
+                await asyncio.sleep(period)
     return True

@@ -24,7 +24,6 @@ from flockwire_operator.station.terminal.keyboard import foreground
 from flockwire_operator.station.terminal.table import Rates, draw
 
 LOOK_TIME = 1.5  # s for all linked processes to report
-REFRESH = 0.25  # s
 
 
 async def watch(plan: Plan, keys: Path, once: bool, as_json: bool = False) -> tuple[str, ...]:
@@ -32,6 +31,7 @@ async def watch(plan: Plan, keys: Path, once: bool, as_json: bool = False) -> tu
 
     Printed once, it does not wait for a router. Raises CredentialsError.
     """
+    refresh = 0.25  # s
     console = Console()
     once = once or as_json or not foreground(sys.stdout)
     late = clock.monotonic() + nanoseconds(LOOK_TIME)
@@ -50,14 +50,14 @@ async def watch(plan: Plan, keys: Path, once: bool, as_json: bool = False) -> tu
                 console.print(draw(_title(plan), plan, plan.started, operator.statuses, rates, operator.poll()))
             if once:
                 return tuple(identity for identity in plan.started if identity not in operator.statuses)
-            with Live(console=console, refresh_per_second=1 / REFRESH) as live:
+            with Live(console=console, refresh_per_second=1 / refresh) as live:
 
                 def show(now: int) -> bool | None:
                     title = f"{_title(plan)}   (Ctrl-C ends this view)"
                     live.update(draw(title, plan, plan.started, operator.statuses, rates, now))
                     return bool(interrupted.count) or None
 
-                await operator.run(show, REFRESH)
+                await operator.run(show, refresh)
     return ()
 
 

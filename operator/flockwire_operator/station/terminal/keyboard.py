@@ -18,7 +18,6 @@ TWICE = SECOND  # ns for the second press of a stop
 VERBS = {"h": "hold", "l": "land", "f": "resume"}
 HINT = "h hold, f resume, l land, ss stop"
 INTERRUPT = "Ctrl-C lands"
-CONTROLS = 6  # the control characters in the list of tcgetattr
 
 
 class Keyboard:
@@ -66,6 +65,7 @@ def keys_pressed(press: Callable[[str, int], None]) -> Iterator[None]:
 
     Ctrl-Z is a key too: a stopped process would conduct nothing while the drones fly.
     """
+    controls = 6  # the control characters in the list of tcgetattr
     if not attached():
         yield
         return
@@ -84,7 +84,7 @@ def keys_pressed(press: Callable[[str, int], None]) -> Iterator[None]:
 
     tty.setcbreak(fd, termios.TCSANOW)  # another `when` waits for a paused terminal
     modes = termios.tcgetattr(fd)
-    modes[CONTROLS][termios.VSUSP] = bytes([os.fpathconf(fd, "PC_VDISABLE")])
+    modes[controls][termios.VSUSP] = bytes([os.fpathconf(fd, "PC_VDISABLE")])
     termios.tcsetattr(fd, termios.TCSANOW, modes)
     loop.add_reader(fd, readable)
     try:

@@ -16,7 +16,6 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-LONGEST_NAME = 12  # characters of a formation's name
 SILENT = SECOND  # ns without a status
 DRONES = (
     "drone",
@@ -79,10 +78,11 @@ def draw(
 
 
 def _drone(status: Status, rates: Rates, now: int) -> tuple[str, ...]:
+    longest_name = 12  # characters of a formation's name
     report = status.report
     x, y, z = (f"{value:.2f}" for value in report.position) if report.position is not None else ("", "", "")
     flown = report.mission if report.mission is not None and report.mission.in_formation else None
-    name = "" if flown is None else _plain(flown.formation[:LONGEST_NAME]) or "(first)"
+    name = "" if flown is None else _plain(flown.formation[:longest_name]) or "(first)"
     battery = "" if report.battery < 0.0 else f"{report.battery:.0%}"
     error, age = _figure(report.formation_error, 1000), _figure(report.pose_age, 1000)
     return _phase(status, now), name, x, y, z, battery, error, age, _figure(rates.rate(status), 1, 0)
