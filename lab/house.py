@@ -165,6 +165,14 @@ def lines(file: Path) -> int:
     return len(file.read_text(encoding="utf-8").splitlines())
 
 
+def words(page: Path) -> int:
+    """Return the number of words of `page` that are not generated."""
+    text = page.read_text(encoding="utf-8")
+    if "<!-- end -->" in text:
+        return len(re.sub(r"<!-- made by .*?<!-- end -->", "", text, flags=re.DOTALL).split())
+    return 0 if "<!-- made by" in text else len(text.split())
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
@@ -195,6 +203,7 @@ def main() -> None:
     product = sum(lines(file) for file, _ in modules.values())
     row("lines of all packages (.py, .js)", product + sum(map(lines, scripts)))
     row("lines of support; of tests", sum(map(lines, support)), sum(map(lines, tests)))
+    row("words of the pages in docs, without generated ones", sum(map(words, (root / "docs").rglob("*.md"))))
     row("top-level folders; packages", len(folders), len(packages))
     for name, kinds in (("an agent", FLYING[:1]), ("agent, leader, gateway, Tello driver, recorder", FLYING)):
         static = reach(graph, entries(modules, kinds))
