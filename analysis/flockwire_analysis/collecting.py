@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterator, Mapping
 from operator import attrgetter
 from pathlib import Path
+from typing import Final, TypeVar
 
 from flockwire_core.domain.bids import Bids, held_place
 from flockwire_core.domain.order import Mission, Stop, Version
-from flockwire_core.domain.time import SECOND
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import ROWS, Key
@@ -22,20 +22,26 @@ from flockwire_analysis.observed import Observed, Shown, append_change, keep, ob
 from flockwire_analysis.recorded import Held, ProcessRecord, StateChange, Trace, is_repeated
 from flockwire_analysis.series import Samples, movers_of, series_of, signals_of
 
-DAY = 86_400 * SECOND  # ns
-FOREVER = 1 << 62  # ns
+DAY: Final = 86_400 * 1_000_000_000  # ns
+FOREVER: Final = 1 << 61  # ns
 WATCHED = frozenset(kind for kind, row in ROWS.items() if row.message in (Mission, Stop, Bids, Status))
-FOLLOWED = 20  # messages in succession that show that the clock was set by more than a day
+FOLLOWED: Final = 20  # messages in succession that show that the clock was set by more than a day
+
+Name = TypeVar("Name", bound=Hashable)
+Item = TypeVar("Item")
 
 
 class _Publisher:
     """One channel: the messages of one process on a topic, `repeated` until answered or not, `judged` or not.
 
     `rate` is its largest number of messages per s, `columns` are where they go: None for a key that is unknown.
+    Each message of one that is `watched` is looked at.
     """
 
-    def __init__(self, repeated: bool, judged: bool, rate: int, columns: Columns | None) -> None:
-        self.repeated, self.judged, self.rate, self.columns = repeated, judged, rate, columns
+    def __init__(self, key: Key | None, judged: bool, columns: Columns | None) -> None:
+        self.repeated, self.judged, self.columns = key is not None and is_repeated(key.kind), judged, columns
+        self.rate = 0 if key is None else ROWS[key.kind].rate
+        self.watched = key is not None and key.kind in WATCHED
         self.sequences = array("q")
         self.last: Status | None = None
         self.cpu = 0.0
@@ -58,6 +64,7 @@ class Collector:
         self._states: dict[str, list[StateChange]] = {}
         self._histories: dict[str, list[Observed]] = {identity: [] for identity in self.plan.pilots.values()}
         self._shown: dict[str, list[Shown]] = {}
+        self._about: dict[str, tuple[object, ...]] = {}  # what the last status of a process told beside figures
         self._failed_laws: dict[str, None] = {}
         self._contradictions: dict[str, None] = {}
         self._begin = self._end = self._newest = 0
@@ -82,14 +89,12 @@ class Collector:
             self._begin = logged
         if key is None or message is None or publisher.columns is None:
             self._malformed += 1
-        elif key.kind not in WATCHED or self._watch(publisher, channel, key, message):
+        elif not publisher.watched or self._watch(publisher, channel, key, message):
             publisher.columns.add(message, publication_time(published, logged), logged, sequence)
 
     def _make_publisher(self, key: Key | None) -> _Publisher:
-        if key is None:
-            return _Publisher(False, True, 0, None)
-        columns = self._columns.setdefault(key, Columns(key.kind))
-        return _Publisher(is_repeated(key.kind), key in self.plan.judged, ROWS[key.kind].rate, columns)
+        columns = None if key is None else self._columns.setdefault(key, Columns(key.kind))
+        return _Publisher(key, key is None or key in self.plan.judged, columns)
 
     def _watch(self, publisher: _Publisher, channel: Hashable, key: Key, message: Message) -> bool:
         """Take a message of orders or statuses; returns whether it is no forgery."""
@@ -131,14 +136,22 @@ class Collector:
         publisher.last = message
         publisher.cpu += message.cpu
         publisher.links.update(message.links)
+        if (history := self._histories.get(message.identity)) is not None:
+            keep(history, observed(message, channel))
+        report = message.report
+        about = (report.phase, report.detail, report.code, report.reasons, report.place, report.mission)
+        if about != self._about.get(message.identity):  # a status repeats them ten times a second
+            self._about[message.identity] = about
+            self._take_change(message)
+
+    def _take_change(self, message: Status) -> None:
+        """Take what is new in a status."""
         if (obeyed := message.report.mission) is not None:
             self._obeyed.add(obeyed.version)
         for reason in message.report.reasons:
             if reason.code in (LAW_FAILED, LEFT_OUT, APART):
                 found = self._failed_laws if reason.code == LAW_FAILED else self._contradictions
                 found[f"{message.identity}: {reason.text}"] = None
-        if (history := self._histories.get(message.identity)) is not None:
-            keep(history, observed(message, channel))
         states = self._states.setdefault(message.identity, [])
         if not states or states[-1].phase != message.report.phase:
             states.append(StateChange(message.stamp, message.report.phase))
@@ -155,22 +168,24 @@ class Collector:
             tuple(order for order in orders if not self._obeyed or order.version in self._obeyed),  # without rejected
             orders,
             tuple(stop for _, stop in sorted(self._stops.items())),
-            tuple(
-                ProcessRecord(publisher.last, publisher.cpu / len(publisher.sequences), tuple(sorted(publisher.links)))
-                for publisher in self._publishers.values()
-                if publisher.last is not None
-            ),
-            {identity: tuple(states) for identity, states in self._states.items()},
-            {identity: tuple(history) for identity, history in self._histories.items()},
-            {identity: tuple(shown) for identity, shown in self._shown.items()},
+            tuple(self._vitals()),
+            _fixed(self._states),
+            _fixed(self._histories),
+            _fixed(self._shown),
             tuple(self._failed_laws),
             tuple(self._contradictions),
             self._begin, self._end, self._recorded,
             len(lost_orders) + self._lost(judged=True), self._lost(judged=False),
             self._malformed, closed, lost_bytes,
-            {number: tuple(sorted(held, key=attrgetter("stamp"))) for number, held in self._held.items()},
+            _fixed({number: sorted(held, key=attrgetter("stamp")) for number, held in self._held.items()}),
             self._signals(),
         )  # fmt: skip
+
+    def _vitals(self) -> Iterator[ProcessRecord]:
+        for publisher in self._publishers.values():
+            if publisher.last is not None:
+                cpu = publisher.cpu / len(publisher.sequences)
+                yield ProcessRecord(publisher.last, cpu, tuple(sorted(publisher.links)))
 
     def _movers(self) -> dict[int, Samples]:
         """Return what each drone sensed of moving bodies."""
@@ -190,3 +205,7 @@ class Collector:
         """
         publishers = [one for one in self._publishers.values() if one.judged == judged and not one.repeated]
         return sum(count_lost(one.sequences, one.rate, self._end - self._begin) for one in publishers)
+
+
+def _fixed(lists: Mapping[Name, list[Item]]) -> dict[Name, tuple[Item, ...]]:
+    return {name: tuple(items) for name, items in lists.items()}
