@@ -14,8 +14,6 @@ from flockwire_core.control.formation import Formation
 from flockwire_core.control.formation_change import FormationChange
 from flockwire_core.domain.order import MOST_VERSIONS, Mission, Version
 from flockwire_core.domain.time import SECOND
-from flockwire_core.swarm.model import Swarm
-from flockwire_core.wire.status import Report
 
 DOWN = {"hold": 1, "land": 2}  # the orders that need no knowledge, with their ranks; all others are below
 UNNUMBERED: Final = "obeys a hold or a landing that the gateway has not received: give it again"
@@ -134,16 +132,3 @@ def flown_place(
         return formations[mission.formation], held
     places = tuple([held if other == rank else place for other, place in enumerate(change.places)])
     return flown_formation(formations, mission._replace(change=change._replace(places=places))), rank
-
-
-def reported_place(
-    swarm: Swarm, formations: Mapping[str, Formation], report: Report, number: int
-) -> tuple[Formation, int] | None:
-    """Return the formation of follower `number` and the index of its place, by its report; None if it has none."""
-    mission = report.mission
-    if mission is None or not mission.in_formation or not is_known(formations, mission):
-        return None
-    held = report.place if mission.formation in swarm.auctioned else None
-    if mission.formation in swarm.auctioned and (held is None or held >= formations[mission.formation].count):
-        return None
-    return flown_place(formations, mission, swarm.followers.index(number), held)

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from itertools import pairwise
 
-from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector, add
 from flockwire_core.pilot.off_place import shown_phase
-from flockwire_core.pilot.orders import reported_place
 from flockwire_core.ros.markers import Colour, Marker, Shape, marker_array
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import Status
+
+from flockwire_operator.places import Places
 
 WHITE: Colour = (1.0, 1.0, 1.0, 0.9)
 ORANGE: Colour = (1.0, 0.6, 0.1, 1.0)
@@ -34,8 +34,7 @@ class Picture:
     """
 
     def __init__(self, plan: Plan, statuses: Mapping[str, Status]) -> None:
-        self._plan, self._statuses, swarm = plan, statuses, plan.swarm
-        self._formations = {name: swarm.build_formation(name) for name in swarm.formation_names}
+        self._plan, self._statuses, self._known = plan, statuses, Places(plan.swarm)
         self._pilots = {uav(i): pilot for i, pilot in plan.pilot.items()}
         self.positions: dict[str, Vector] = {}
         self.estimates: dict[str, Vector] = {}
@@ -94,12 +93,10 @@ class Picture:
         leader = self.positions.get(uav(swarm.sole_leader)) if swarm.sole_leader is not None else None
         for number in swarm.followers:
             status = self._statuses.get(self._plan.pilot[number])
-            if leader is None or status is None or status.report.phase != Phase.FORMATION:
-                continue
-            mission, place = status.report.mission, reported_place(swarm, self._formations, status.report, number)
-            if mission is not None and place is not None:
-                formation, index = place
-                found[uav(number)] = add(leader, formation.offset(index, (now - mission.start) / SECOND))
+            if status is not None and status.report.phase == Phase.FORMATION:
+                place = self._known.place(number, status.report, leader, now)
+                if place is not None:
+                    found[uav(number)] = place
         return found
 
     def _fence(self) -> tuple[Marker, ...]:

@@ -1,8 +1,7 @@
 import pytest
 from flockwire_core.domain.order import MISSION_VERBS, MOST_VERSIONS, Change, Mission
 from flockwire_core.domain.time import SECOND
-from flockwire_core.pilot.orders import Orders, flown_place, rank, reported_place
-from flockwire_core.wire.status import Report
+from flockwire_core.pilot.orders import Orders, flown_place, rank
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -111,25 +110,13 @@ def test_the_rank_of_no_order_is_the_lowest():
     assert [rank(each) for each in (None, START, HOLD, LAND)] == [-1, 0, 1, 2]
 
 
-def test_the_place_of_an_auction_is_the_reported_one(make_swarm):
-    edges = [[0, 1], [1, 2], [2, 3], [3, 4], [4, 1]]
-    row = {"kind": "line", "spacing": 0.9}
-    swarm = make_swarm({"graph.edges": edges, "formation.assignment": "auction", "formations": {"row": row}})
+def test_the_place_of_an_auction_is_that_which_is_held(make_swarm):
+    swarm = make_swarm({"formations": {"row": {"kind": "line", "spacing": 0.9}}})
     formations = {name: swarm.build_formation(name) for name in swarm.formation_names}
     order = Mission(NOW, "world", "start", NOW)
-
-    def place(mission, held):
-        report = Report("formation", mission=mission, place=held)
-        return reported_place(swarm, formations, report, 2)
-
-    assert place(order, 3) == (formations[""], 3)
-    assert place(order, None) is None
-    assert place(order, 4) is None
-    assert place(None, 3) is None
-    assert place(order._replace(verb="hold"), 3) is None
-    assert place(order._replace(formation="row"), 3) == (formations["row"], 1)
+    assert flown_place(formations, order, 1, 3) == (formations[""], 3)
     back = order._replace(change=Change(NOW, 2.0, "row", (0, 1, 2, 3), (3, 2, 1, 0)))
-    formation, index = place(back, 3)
+    formation, index = flown_place(formations, back, 1, 3)
     assert formation.offset(index, 0.0) == formations["row"].offset(1, 0.0)
     assert formation.offset(index, 9.0) == formations[""].offset(3, 9.0)
     assert flown_place(formations, back, 1, None)[0].offset(1, 9.0) == formations[""].offset(2, 9.0)
