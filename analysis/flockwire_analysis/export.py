@@ -48,9 +48,7 @@ def tables(trace: Trace) -> Iterator[tuple[str, Table]]:
     yield from _messages(trace, zero)
     yield from _errors(trace, zero)
     if trace.signals:
-        named = [(i, name, one) for i, signals in trace.signals.items() for name, one in signals.items()]
-        table = _table([(i, one.stamps, one.values[:, None]) for i, _, one in named], ("value",), zero)
-        yield "signals", table | {"signal": [name for _, name, one in named for _ in one.stamps]}
+        yield "signals", _signals(trace, zero)
     if found := events(trace):
         stamps, texts = [event.stamp for event in found], [event.text for event in found]
         yield "events", {"t_s": [(s - zero) / SECOND for s in stamps], "stamp_ns": stamps, "event": texts}
@@ -71,6 +69,12 @@ def _errors(trace: Trace, zero: int) -> Iterator[tuple[str, Table]]:
         if parts:
             table = _table(parts, ("error_m",), zero)
             yield name, table | _phases(phases, np.array(table["stamp_ns"], np.int64))
+
+
+def _signals(trace: Trace, zero: int) -> Table:
+    named = [(i, name, one) for i, signals in trace.signals.items() for name, one in signals.items()]
+    table = _table([(i, one.stamps, one.values[:, None]) for i, _, one in named], ("value",), zero)
+    return table | {"signal": [name for _, name, one in named for _ in one.stamps]}
 
 
 def _table(parts: Sequence[tuple[int, Any, Any]], columns: tuple[str, ...], zero: int) -> Table:

@@ -58,14 +58,13 @@ def grounded(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[str, ...
 
 def landing(trace: Trace) -> LandingFigures:
     """Return the landings; after an emergency stop they are not judged."""
-    silent = [uav(i) for i in trace.flying if not len(trace.of("telemetry", i))]
     up = tuple(sentence for i in trace.flying for sentence in _up(trace, i))
-    if len(up) > 1 and not any(mission.verb == "land" for mission in trace.missions):
+    if len(up) > 1 and "land" not in [mission.verb for mission in trace.missions]:
         up = (f"the recording ends without an order to land, {len(up)} drones in the air",)
-    up += tuple(f"no telemetry of {name} was recorded" for name in silent)
-    distances = {i: d for i in trace.flying if (d := _landing_distance(trace, i)) is not None}
-    farthest = max(distances, key=lambda i: distances[i], default=None)
-    return LandingFigures(up) if farthest is None else LandingFigures(up, distances[farthest], uav(farthest))
+    up += tuple(f"no telemetry of {uav(i)} was recorded" for i in trace.flying if not len(trace.of("telemetry", i)))
+    distances = {uav(i): d for i in trace.flying if (d := _landing_distance(trace, i)) is not None}
+    farthest = max(distances, key=distances.__getitem__, default="")
+    return LandingFigures(up, distances.get(farthest), farthest)
 
 
 def _reports(trace: Trace, number: int) -> tuple[tuple[str, Series], ...]:

@@ -86,21 +86,7 @@ def flight_data(trace: Trace) -> dict[str, Any]:
         "begin": (int(flight.stamps[0]) - zero) / SECOND,
         "step": int(np.diff(flight.stamps[:2]).sum() or SECOND) / SECOND,
         "count": len(flight.stamps),
-        "drones": {
-            i: {
-                "position": _millimetres(flight.positions[i]),
-                "place": _millimetres(flight.references[i]),
-                "error": _millimetres(flight.formation(i)[:, None])[0],
-                "observation": _millimetres(flight.observation[i][:, None])[0] if i in flight.observation else [],
-                "signals": {
-                    name: [[seconds(stamp), value] for stamp, value in zip(*_thinned(one), strict=True)]
-                    for name, one in trace.signals.get(i, {}).items()
-                },
-                "battery": [[seconds(stamp), share] for stamp, share in _battery(trace, i)],
-                "reports": _reports(trace, pilots[i], seconds),
-            }
-            for i in numbers
-        },
+        "drones": {i: _drone(flight, i, seconds) | {"reports": _reports(trace, pilots[i], seconds)} for i in numbers},
         "movers": _movers(flight),
         "others": {
             identity: _reports(trace, identity, seconds)
@@ -112,6 +98,22 @@ def flight_data(trace: Trace) -> dict[str, Any]:
             {"t": seconds(moment.stamp), "text": moment.text, "drones": moment.drones}
             for moment in worst_moments(flight)
         ],
+    }
+
+
+def _drone(flight: Sampled, number: int, seconds: Callable[[int], float]) -> dict[str, Any]:
+    """Return what the page shows of a drone beside its reports."""
+    trace, observed = flight.trace, flight.observation.get(number)
+    return {
+        "position": _millimetres(flight.positions[number]),
+        "place": _millimetres(flight.references[number]),
+        "error": _millimetres(flight.formation(number)[:, None])[0],
+        "observation": [] if observed is None else _millimetres(observed[:, None])[0],
+        "signals": {
+            name: [[seconds(stamp), value] for stamp, value in zip(*_thinned(one), strict=True)]
+            for name, one in trace.signals.get(number, {}).items()
+        },
+        "battery": [[seconds(stamp), share] for stamp, share in _battery(trace, number)],
     }
 
 

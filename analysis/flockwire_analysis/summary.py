@@ -132,10 +132,6 @@ class _Lacking:
         self.placeless = [uav(number) for number in flying if not len(trace.positions(number))]
         self.places = f"no position of {', '.join(self.placeless)} was recorded" if self.placeless else ""
         self.formation = self._formation(trace, bool(phases)) or self.places
-        estimating = trace.followers if relays(trace.swarm) else ()
-        unknown = [uav(number) for number in estimating if not len(trace.of("estimate", number))]
-        reporting = {vitals.last.identity for vitals in trace.vitals}
-        unreported = [name for name in map(trace.plan.pilot.__getitem__, trace.followers) if name not in reporting]
         sentences = {
             "the trace was not closed: its recorder did not end properly": not trace.closed,
             f"{trace.lost_bytes} bytes of the trace are incomplete": trace.lost_bytes,
@@ -143,8 +139,8 @@ class _Lacking:
             (beside := gaps.beside(trace)): beside,
             self.formation: self.formation,
             self.places: self.places,
-            f"no estimate of {', '.join(unknown)} was recorded": unknown,
-            f"no status of {', '.join(unreported)} was recorded": unreported,
+            f"no estimate of {', '.join(unknown := _without_estimate(trace))} was recorded": unknown,
+            f"no status of {', '.join(unreported := _without_status(trace))} was recorded": unreported,
         }
         self.sentences = [f"{text[0].upper()}{text[1:]}." for text, holds in sentences.items() if holds]
 
@@ -160,6 +156,16 @@ class _Lacking:
             return f"the swarm has no formation {unknown!r}, which was started"
         sole = trace.swarm.sole_leader
         return "" if sole is None or len(trace.leader) else f"no pose of the leader, {uav(sole)}, was recorded"
+
+
+def _without_estimate(trace: Trace) -> list[str]:
+    estimating = trace.followers if relays(trace.swarm) else ()
+    return [uav(number) for number in estimating if not len(trace.of("estimate", number))]
+
+
+def _without_status(trace: Trace) -> list[str]:
+    reporting = {vitals.last.identity for vitals in trace.vitals}
+    return [name for name in map(trace.plan.pilot.__getitem__, trace.followers) if name not in reporting]
 
 
 def _steps(trace: Trace) -> StepFigures:

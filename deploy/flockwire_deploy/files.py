@@ -51,19 +51,18 @@ def write_keys(plan: Plan, keys: Path, identities: Iterable[str], folder: Path, 
 
     They then belong to `owner`, if given and permitted. Raises DeployError if one is missing.
     """
-    names = {f"{name}.crt" for name in plan.authorities}
-    names |= {f"{identity}.{ending}" for identity in identities for ending in ("crt", "key")}
-    missing = next((name for name in sorted(names) if not (keys / name).is_file()), None)
-    if missing is not None:
-        raise DeployError(
-            f"--keys = {keys}: has no {missing}; run `flockwire keys` where authority/ca.key is and copy the files"
-        )
+    certified, names = tuple(identities), [f"{name}.crt" for name in plan.authorities]
+    names = sorted([*names, *(f"{name}.crt" for name in certified), *(f"{name}.key" for name in certified)])
+    for name in names:
+        if not (keys / name).is_file():
+            raise DeployError(
+                f"--keys = {keys}: has no {name}; run `flockwire keys` where authority/ca.key is and copy the files"
+            )
     folder.mkdir(parents=True, exist_ok=True)
     folder.chmod(0o700)
-    for held in folder.iterdir():
-        if held.suffix in (".crt", ".key") and held.name not in names:
-            held.unlink()
-    for name in sorted(names):
+    for held in {*folder.glob("*.crt"), *folder.glob("*.key")} - {folder / name for name in names}:
+        held.unlink()
+    for name in names:
         shutil.copyfile(keys / name, folder / name, follow_symlinks=False)
         (folder / name).chmod(0o600)
     if owner is not None:

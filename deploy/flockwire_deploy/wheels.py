@@ -6,6 +6,8 @@ import hashlib
 import re
 import shutil
 import zipfile
+from collections import Counter
+from collections.abc import Iterator
 from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
@@ -87,24 +89,23 @@ class Wheels(NamedTuple):
 def read_wheels(folder: Path) -> Wheels:
     """Return the wheels in `folder`; raises DeployError if this flockwire cannot be installed from them."""
     found = Wheels(tuple(_wheel(file) for file in sorted(folder.glob("*.whl"))))
-    versions: dict[str, set[str]] = {}
-    for wheel in found.wheels:
-        versions.setdefault(wheel.name, set()).add(wheel.version)
-    mine = version("flockwire")
-    for name in ("flockwire", INSTALLER):
-        if name not in versions:
-            raise DeployError(f"--wheels = {folder}: has no wheel of {name}; {MAKE_THEM}")
-    several = next((name for name, held in versions.items() if len(held) > 1), None)
-    if several is not None:
-        raise DeployError(f"--wheels = {folder}: has several versions of {several}; empty it, then {MAKE_THEM}")
-    if mine not in versions["flockwire"]:
-        raise DeployError(f"--wheels = {folder}: its flockwire is not {mine}, the running version; {MAKE_THEM}")
-    for wheel in found.wheels:
-        if wheel.name == "flockwire" and (name := _differing(wheel.file)):
-            raise DeployError(f"--wheels = {folder}: its flockwire has other code, {name} differs; {MAKE_THEM}")
-    if not found.machines:
-        raise DeployError(f"--wheels = {folder}: no machine matches all of them; {MAKE_THEM}")
+    for wrong in _problems(found):
+        raise DeployError(f"--wheels = {folder}: {wrong}; {MAKE_THEM}")
     return found
+
+
+def _problems(found: Wheels) -> Iterator[str]:
+    """Yield why this flockwire cannot be installed from these wheels."""
+    held, mine = {(wheel.name, wheel.version) for wheel in found.wheels}, version("flockwire")
+    versions = Counter(name for name, _ in held)
+    yield from (f"has no wheel of {name}" for name in ("flockwire", INSTALLER) if not versions[name])
+    yield from (f"has several versions of {name}; empty it" for name, count in versions.items() if count > 1)
+    if ("flockwire", mine) not in held:
+        yield f"its flockwire is not {mine}, the running version"
+    named = (_differing(wheel.file) for wheel in found.wheels if wheel.name == "flockwire")
+    yield from (f"its flockwire has other code, {name} differs" for name in named if name)
+    if not found.machines:
+        yield "no machine matches all of them"
 
 
 def _differing(wheel: Path) -> str:

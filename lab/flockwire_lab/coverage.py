@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 
 from flockwire_analysis.observed import Shown
 from flockwire_analysis.recorded import Trace
@@ -18,11 +19,11 @@ def events(trace: Trace) -> dict[str, int]:
     """Return how often each event happened in a flight."""
     found = Counter[str](f"order: {order.verb}" for order in trace.orders)
     found["order: stop"] += len(trace.stops)
-    found["order: beside another one"] += sum(bool(one.unnumbered) for of in trace.histories.values() for one in of)
+    found["order: beside another one"] += sum(bool(one.unnumbered) for one in chain(*trace.histories.values()))
     found.update(f"key: {key.kind}" for key, series in trace.series.items() if len(series))
+    pilots = set(trace.plan.pilot.values())
     for identity, changes in trace.shown.items():
-        row = trace.plan.rows.get(identity)
-        found.update(_reported("pilot" if row is not None and row.pilot else identity, changes))
+        found.update(_reported("pilot" if identity in pilots else identity, changes))
     for process in trace.vitals:
         found.update({f"count: {name}": count for name, count in process.last.report.counts})
     return {event: count for event, count in sorted(found.items()) if count}
@@ -48,12 +49,17 @@ def table(flights: Iterable[Mapping[str, int]]) -> Iterator[str]:
     yield f"{'event':80}{'flights':>9}{'times':>11}"
     yield from (f"{event:80}{reached[event]:>9}{times[event]:>11}" for event in sorted(reached))
     yield f"{len(reached)} events in {count} flights"
+    yield from (f"never: {event}" for event in _never(reached))
+
+
+def _never(reached: Mapping[str, int]) -> Iterator[str]:
+    """Yield the transitions of pilots, and the reactions, that were not reached."""
     named = {
         f"pilot: {before} to {row.after}"
         for row in transitions()
         for before in PHASES
         if before in row.before and before is not row.after
     }
-    yield from (f"never: {event}" for event in sorted(named - reached.keys()))
+    yield from sorted(named - reached.keys())
     codes = {event.rpartition(", ")[2] for event in reached}
-    yield from (f"never: {row.code}" for row in TABLE if row.text and row.code not in codes)
+    yield from (row.code for row in TABLE if row.text and row.code not in codes)

@@ -139,12 +139,10 @@ class Canvas:
         begin, end = self.second(shown.begin), self.second(shown.end)
         marked = [event for event in self.events if shown.begin <= event.stamp <= shown.end]
         for one in axes:
-            for event in marked:
-                one.axvline(self.second(event.stamp), color=MUTED, linewidth=0.6, linestyle=(0, (1, 2.5)), zorder=1.5)
-            for phase in self.phases if tails else ():
-                tail = phase.span.tail()
-                left, right = self.second(tail.begin), self.second(tail.end)
-                one.axvspan(left, right, color=OKABE_ITO[0], alpha=0.07, linewidth=0, zorder=0)
+            one.vlines([self.second(event.stamp) for event in marked], 0.0, 1.0, transform=one.get_xaxis_transform(),
+                       color=MUTED, linewidth=0.6, linestyle=(0, (1, 2.5)), zorder=1.5)  # fmt: skip
+            if tails:
+                self._shade_tails(one)
             one.set_xlim(begin, max(end, begin + 0.1))
         axes[-1].set_xlabel(self.time_label)
         places = [(self.second(event.stamp) - begin) / max(end - begin, 0.1) for event in marked]
@@ -152,7 +150,13 @@ class Canvas:
         for event, place, row, before in zip(marked, places, rows, _before(marked, places), strict=True):
             if row is not None:
                 _name(axes[0], event.text, place, row, before)
-        return max((1 + row for row in rows if row is not None), default=0)
+        return 1 + max([row for row in rows if row is not None], default=-1)
+
+    def _shade_tails(self, axes: Axes) -> None:
+        for phase in self.phases:
+            tail = phase.span.tail()
+            left, right = self.second(tail.begin), self.second(tail.end)
+            axes.axvspan(left, right, color=OKABE_ITO[0], alpha=0.07, linewidth=0, zorder=0)
 
 
 def rows_of(marked: Sequence[Event], places: Sequence[float]) -> list[int | None]:

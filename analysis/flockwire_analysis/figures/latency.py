@@ -23,10 +23,7 @@ def latency(canvas: Canvas) -> Picture | None:
     bins = np.geomspace(0.8 * shortest, 1.25 * longest, 140)
     for row, (delays, colour) in enumerate(zip(known.values(), OKABE_ITO, strict=False)):
         _ridge(axes, -row, delays, bins, colour)
-    axes.set_xscale("log")
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if longest < 30 * shortest else (1.0,)))
-    axes.xaxis.set_major_formatter("{x:g}")
-    axes.xaxis.set_minor_locator(NullLocator())
+    _logarithmic(axes, shortest, longest)
     axes.set_xlim(bins[0], bins[-1])
     axes.set_yticks([-row for row in range(len(known))], [hop.replace("_to_", " → ") for hop in known])
     axes.tick_params(axis="y", labelcolor=INK)
@@ -36,6 +33,13 @@ def latency(canvas: Canvas) -> Picture | None:
     axes.set_xlabel("delay, ms")
     caption = "Distribution of the time from one message to its answer, all drones; ticks at the median and at 99 %."
     return Picture(canvas.save(figure, "latency"), "Latency", caption)
+
+
+def _logarithmic(axes: Axes, shortest: float, longest: float) -> None:
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if longest < 30 * shortest else (1.0,)))
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_locator(NullLocator())
 
 
 def _ridge(axes: Axes, base: float, delays: Floats, bins: Floats, colour: str) -> None:

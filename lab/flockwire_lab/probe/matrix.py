@@ -84,18 +84,13 @@ def deviations(plan: Plan, observation: AttackResult, alive: frozenset[str]) -> 
     may_publish = publishable(plan, observation.identity)
     if observation.identity in OUTSIDERS and observation.links:
         yield Deviation(observation.identity, observation.mode, "linked", "", "", leak=True)
-    who = (observation.identity, observation.mode)
-    for key in sorted(observation.received - may_receive):
-        yield Deviation(*who, "received", plan.text(key), "", leak=True)
-    for key, receiver in sorted(observation.published - may_publish):
-        yield Deviation(*who, "published", plan.text(key), receiver, leak=True)
-    for key in sorted(may_receive - observation.received):
-        asked = key.kind != TIME_REPLY or key.owner in alive  # only processes that request the time receive it
-        if asked and _flows(plan, key, alive - {observation.identity}):
-            yield Deviation(*who, "received", plan.text(key), "", leak=False)
-    for key, receiver in sorted(may_publish - observation.published):
-        if receiver in alive:
-            yield Deviation(*who, "published", plan.text(key), receiver, leak=False)
+    received = sorted(observation.received ^ may_receive, key=lambda key: (key in may_receive, key))
+    published = sorted(observation.published ^ may_publish, key=lambda one: (one in may_publish, one))
+    found = [("received", key, "", key not in may_receive) for key in received]
+    found += [("published", key, receiver, (key, receiver) not in may_publish) for key, receiver in published]
+    for verb, key, receiver, leak in sorted(found, key=lambda one: not one[-1]):
+        if leak or (receiver in alive if receiver else _arrives(plan, key, observation.identity, alive)):
+            yield Deviation(observation.identity, observation.mode, verb, plan.text(key), receiver, leak)
 
 
 def draw(plan: Plan, observations: list[AttackResult]) -> Iterator[str]:
@@ -116,19 +111,20 @@ def as_json(plan: Plan, observations: list[AttackResult], found: list[Deviation]
         "seconds": round(seconds, 1),
         "leaks": [deviation.sentence() for deviation in found if deviation.leak],
         "blocked": [deviation.sentence() for deviation in found if not deviation.leak],
-        "attackers": [
-            {
-                "identity": o.identity,
-                "mode": o.mode,
-                "links": o.links,
-                "received": sorted(plan.text(key) for key in o.received),
-                "received_expected": sorted(plan.text(key) for key in receivable(plan, o.identity)),
-                "published": sorted(f"{plan.text(key)} to {receiver}" for key, receiver in o.published),
-                "published_expected": sorted(f"{plan.text(k)} to {r}" for k, r in publishable(plan, o.identity)),
-                "refused": 2 * len(plan.keys) - len(o.received) - len({key for key, _ in o.published}),
-            }
-            for o in observations
-        ],
+        "attackers": [_attacker(plan, one) for one in observations],
+    }
+
+
+def _attacker(plan: Plan, one: AttackResult) -> dict[str, object]:
+    return {
+        "identity": one.identity,
+        "mode": one.mode,
+        "links": one.links,
+        "received": sorted(map(plan.text, one.received)),
+        "received_expected": sorted(map(plan.text, receivable(plan, one.identity))),
+        "published": sorted(f"{plan.text(key)} to {receiver}" for key, receiver in one.published),
+        "published_expected": sorted(f"{plan.text(k)} to {r}" for k, r in publishable(plan, one.identity)),
+        "refused": 2 * len(plan.keys) - len(one.received) - len({key for key, _ in one.published}),
     }
 
 
@@ -136,19 +132,16 @@ def _insiders(plan: Plan) -> tuple[str, ...]:
     return tuple(identity for identity in plan.identities if identity not in plan.routers)
 
 
-def _flows(plan: Plan, key: Key, alive: frozenset[str]) -> bool:
-    """Return whether a live process publishes `key` all the time."""
+def _arrives(plan: Plan, key: Key, identity: str, alive: frozenset[str]) -> bool:
+    """Return whether a live process, but `identity`, publishes `key` all the time."""
     row = ROWS[key.kind]
-    return (
-        row.delivery is not Delivery.EVENT
-        and not row.occasional
-        and any(key in plan.publishes[identity] for identity in alive)
-    )
+    if row.delivery is Delivery.EVENT or row.occasional or (key.kind == TIME_REPLY and key.owner not in alive):
+        return False  # only processes that request the time receive it
+    return any(key in plan.publishes[other] for other in alive - {identity})
 
 
 def _cell(observations: list[AttackResult], key: Key) -> str:
-    published = [any(key == k for k, _ in o.published) for o in observations]
-    received = [key in o.received for o in observations]
-    sign = "B" if any(published) and any(received) else "P" if any(published) else "R" if any(received) else "."
-    everywhere = (all(published) or not any(published)) and (all(received) or not any(received))
-    return sign if everywhere else sign.lower()
+    published = {key in {one for one, _ in o.published} for o in observations}
+    received = {key in o.received for o in observations}
+    sign = {(True, True): "B", (True, False): "P", (False, True): "R"}.get((True in published, True in received), ".")
+    return sign.lower() if len(published) > 1 or len(received) > 1 else sign

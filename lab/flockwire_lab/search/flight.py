@@ -87,11 +87,11 @@ class Flight:
         say: Callable[[str], None] | None = None,
     ) -> None:
         faults, events = injected
-        stations = (CONSOLE.kind,) if any(isinstance(event, SecondStation) for event in events) else ()
         self.recorder = Recorder(Plan(swarm.in_simulation()), self._begin, say)
         self._visited = any(isinstance(fault, Visitor) for fault in faults)
         self._quiet = not (faults or events)
         self._shared = any(isinstance(event, SecondStation) for event in events)  # who may end a landing
+        stations = (CONSOLE.kind,) if self._shared else ()
         self.world = World(swarm, seed, duration, faults, self.recorder.take, stations=stations)
         self._injector = EventInjector(self.world, events, faults, self.recorder)
         moving = self._injector.moving  # an airframe fails by the clock of its process

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from copy import deepcopy
 from dataclasses import replace
+from itertools import product
 from typing import Any
 
 from flockwire_lab.search.flight import Case, Judged
@@ -40,22 +41,23 @@ def _shows(judged: Judged, name: str) -> bool:
 
 def _smaller(case: Case) -> Iterator[Case]:
     """Yield smaller flights, the most hopeful first."""
-    for faults in _less(case.faults):
-        yield replace(case, faults=faults)
-    for key in CONDITIONS:
-        if case.table.get(key):
-            yield replace(case, table={k: v for k, v in case.table.items() if k != key})
-    for sim in _less(list(case.table.get("sim", {}).items())):
-        yield replace(case, table={**case.table, "sim": dict(sim)})
-    for drone in reversed(case.table["drones"][1:]):
-        yield replace(case, table=_without(case.table, drone["id"]))
+    yield from (replace(case, faults=faults) for faults in _less(case.faults))
+    yield from (replace(case, table=table) for table in _smaller_tables(case.table))
     yield from (replace(case, duration=round(one, 2)) for one in (case.duration / 2, case.duration - 1) if one >= 1)
     if case.seed:
         yield replace(case, seed=0)
     for place, fault in enumerate(case.faults):
         for key in PARTS:
-            for part in _less(list(fault.get(key, ()))) if len(fault.get(key, ())) > 1 else ():
+            parts = list(fault.get(key, ()))
+            for part in _less(parts) if len(parts) > 1 else ():
                 yield replace(case, faults=[*case.faults[:place], fault | {key: part}, *case.faults[place + 1 :]])
+
+
+def _smaller_tables(table: Table) -> Iterator[Table]:
+    """Yield the swarm without a table that a flight may not need, then without a condition, then without a drone."""
+    yield from ({k: v for k, v in table.items() if k != key} for key in CONDITIONS if table.get(key))
+    yield from ({**table, "sim": dict(sim)} for sim in _less(list(table.get("sim", {}).items())))
+    yield from (_without(table, drone["id"]) for drone in reversed(table["drones"][1:]))
 
 
 def _less(items: list[Any]) -> Iterator[list[Any]]:
@@ -67,10 +69,9 @@ def _without(table: Table, drone: int) -> Table:
     """Return the swarm without a drone: who received from it receives from those that it received from."""
     table = deepcopy(table)
     table["drones"] = [one for one in table["drones"] if one["id"] != drone]
-    edges = table["graph"]["edges"]
-    before, after = [a for a, b, *_ in edges if b == drone], [b for a, b, *_ in edges if a == drone]
-    kept = [edge for edge in edges if drone not in edge[:2]]
-    known = {tuple(edge[:2]) for edge in kept}
-    kept += [[a, b] for a in before for b in after if (a, b) not in known and a != b]
-    table["graph"]["edges"] = kept
+    edges = {(a, b): [a, b, *rest] for a, b, *rest in table["graph"]["edges"]}
+    before, after = [a for a, b in edges if b == drone], [b for a, b in edges if a == drone]
+    for a, b in product(before, after):
+        edges.setdefault((a, b), [a, b])
+    table["graph"]["edges"] = [edge for (a, b), edge in edges.items() if drone not in (a, b) and a != b]
     return table

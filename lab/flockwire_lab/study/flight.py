@@ -81,25 +81,26 @@ class Result:
 def fly(task: Task) -> Result:
     """Fly one run to its end; it raises nothing: a run that cannot be flown has failed."""
     plan, seed = task.plan, task.plan.seed_of(task.run)
+    drawn: dict[str, Any] = {}
     try:
         varied = vary(plan, task.table, plan.points[task.point], seed)
-    except StudyError as error:
-        return Result(task.point, task.run, seed, False, ("refused",), str(error).replace("\n", "; "), 0.0, {}, {})
-    try:
+        drawn = varied.drawn
         trace = TraceInMemory(varied.swarm, seed)
         traffic = Traffic(trace.take)
         outcome = World(varied.swarm, seed, plan.duration, varied.faults, traffic.take).run()
         recorded = trace.trace()
         summary = summarise(recorded)
+    except StudyError as error:
+        return Result(task.point, task.run, seed, False, ("refused",), str(error).replace("\n", "; "), 0.0, {}, {})
     except Exception as error:  # a user's law may raise anything; the study continues
         reason = f"{type(error).__name__}: {error}"
-        return Result(task.point, task.run, seed, False, ("flight",), reason, 0.0, varied.drawn, {})
-    bad = [check for check in summary.checks if not check.ok and check.name not in ABOUT_THE_RECORD]
-    failed = (*(["flight"] if outcome.failure else []), *(check.name for check in bad))
-    reasons = [*([outcome.failure] if outcome.failure else []), *(check.sentence() for check in bad)]
+        return Result(task.point, task.run, seed, False, ("flight",), reason, 0.0, drawn, {})
+    bad = {"flight": outcome.failure} if outcome.failure else {}
+    judged = (check for check in summary.checks if check.name not in ABOUT_THE_RECORD)
+    bad |= {check.name: check.sentence() for check in judged if not check.ok}
     return Result(
-        task.point, task.run, seed, not failed, failed, "; ".join(reasons), _margin(varied.swarm, summary),
-        varied.drawn, {one.key: one.of(summary) for one in QUANTITIES} | traffic.costs(recorded, outcome.seconds),
+        task.point, task.run, seed, not bad, tuple(bad), "; ".join(bad.values()), _margin(varied.swarm, summary),
+        drawn, {one.key: one.of(summary) for one in QUANTITIES} | traffic.costs(recorded, outcome.seconds),
         events(recorded),
     )  # fmt: skip
 

@@ -88,7 +88,7 @@ def _serve(row: Process, given: Namespace) -> int:
     from flockwire_core.runtime.ending import LIFELINE  # noqa: PLC0415  (asyncio)
     from flockwire_core.runtime.job import Job, serve  # noqa: PLC0415  (zenoh)
 
-    swarm, out = given.swarm, given.out
+    swarm = given.swarm
     child = LIFELINE in os.environ  # a child of `up`, also after a restart, flies the swarm that took off
     flying = as_flown(swarm) if child else None
     plan = load(swarm) if flying is None else planned(flying.swarm)
@@ -97,13 +97,7 @@ def _serve(row: Process, given: Namespace) -> int:
     if given.trace is not None:
         return _replayed(row, plan, given.trace, given.pace)
     identity = _identity(plan, row, given.id)
-    if given.dated:
-        out = _dated(out, plan)
-    elif row.records and not child:  # a restarted child continues in the same flight
-        from flockwire_recorder.folders import same_flight  # noqa: PLC0415  (the trace's format)
-
-        if not same_flight(out, plan.swarm, clock.utc()):
-            refuse_a_second_trace(out)
+    out = _out(given, plan, row.records and not child)  # a restarted child continues in the same flight
     folder = keys_folder(swarm, plan, given.keys)
     what = flying or flown_by(plan.swarm, swarm, folder)
     with ExitStack() as stack:
@@ -127,13 +121,21 @@ def _with_faults(job: Job, file: Path, took_off: int | None) -> Job:
     return replace(job, make_core=make, notes=notes(faults))
 
 
-def _dated(out: Path, plan: Plan) -> Path:
-    from flockwire_recorder.folders import dated_folder  # noqa: PLC0415  (only a recorder needs it)
+def _out(given: Namespace, plan: Plan, begins: bool) -> Path:
+    """Return the folder of the trace; refuse one that has another trace if a recording `begins`."""
+    out: Path = given.out
+    if not (given.dated or begins):
+        return out
+    from flockwire_recorder.folders import dated_folder, same_flight  # noqa: PLC0415  (only a recorder needs it)
 
-    try:
-        return dated_folder(out, plan.swarm, clock.local())
-    except OSError as error:
-        refuse(f"--out = {out}: cannot read it: {error.strerror}")
+    if given.dated:
+        try:
+            return dated_folder(out, plan.swarm, clock.local())
+        except OSError as error:
+            refuse(f"--out = {out}: cannot read it: {error.strerror}")
+    if not same_flight(out, plan.swarm, clock.utc()):
+        refuse_a_second_trace(out)
+    return out
 
 
 def _alone(row: Process, plan: Plan, protocol: str) -> int:

@@ -140,13 +140,10 @@ def compare(
 
     files = [_flights_of(one) for one in flights]
     traces = _trace(lambda: [{name: read_trace(path) for name, path in one.items()} for one in files])
-    names = _names(flights)
-    groups = [
-        Group(name, {flight: summarise(trace) for flight, trace in one.items()})
-        for name, one in zip(names, traces, strict=True)
-    ]
-    if len(flights) > 2 and not any(path.is_dir() for path in flights):
-        groups.append(Group("all", {name: one.flights[""] for name, one in zip(names, groups, strict=True)}))
+    names, found = _names(flights), [{name: summarise(trace) for name, trace in one.items()} for one in traces]
+    groups = [Group(name, one) for name, one in zip(names, found, strict=True)]
+    if len(flights) > 2 and all("" in one for one in found):  # no folders
+        groups.append(Group("all", {name: one[""] for name, one in zip(names, found, strict=True)}))
     rows = comparison(groups)
     print("\n".join(as_text(groups, rows)))
     try:
@@ -175,10 +172,10 @@ def _flights_of(path: Path) -> dict[str, Path]:
 
 def _names(paths: list[Path]) -> list[str]:
     """Return distinct names of traces and folders: the last parts of their paths, as many as needed."""
-    parts = [(path if path.is_dir() else path.with_suffix("")).resolve().parts for path in paths]
-    if all(not path.is_dir() and path.stem == paths[0].stem for path in paths):  # the folders of flights tell more
-        parts = [one[:-1] for one in parts]
-    for count in range(1, max(len(one) for one in parts) + 1):
+    parts = [path.resolve().parts if path.is_dir() else path.with_suffix("").resolve().parts for path in paths]
+    if len({(path.is_dir(), path.stem) for path in paths}) == 1 and not paths[0].is_dir():
+        parts = [one[:-1] for one in parts]  # the folders of flights tell more
+    for count in range(1, max(map(len, parts)) + 1):
         names = ["/".join(one[-count:]) for one in parts]
         if len(set(names)) == len(names):
             return names

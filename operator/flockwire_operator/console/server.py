@@ -84,20 +84,12 @@ class Pages:
         """Show the flight to a page; a page with the token may give orders, a wrong token is refused."""
         longest_order = 4096  # bytes
         heartbeat = 20.0  # s: with less, a busy station could disconnect a page that is about to order a stop
-        given = request.query.get("token", "")
-        if given and not hmac.compare_digest(given.encode(), self._token.encode()):
-            raise web.HTTPForbidden(text=OTHER_LINK)
-        origin = request.headers.get("Origin")
-        if origin is not None and origin.partition("://")[2] != request.host:
-            raise web.HTTPForbidden(text="another site's page")
-        alike = self._operating_pages if given else self._sockets.keys() - self._operating_pages
-        if len(alike) >= MOST_PAGES:
-            raise web.HTTPServiceUnavailable(text=f"{MOST_PAGES} pages are open already")
+        given = self._admitted(request)
         socket = web.WebSocketResponse(max_msg_size=longest_order, heartbeat=heartbeat)
         await socket.prepare(request)
         transport = request.transport
         assert transport is not None  # noqa: S101  (the connection was just answered)
-        await socket.send_json({"outline": outline(self._plan), "orders": bool(given)})
+        await socket.send_json({"outline": outline(self._plan), "orders": given})
         self._sockets[socket] = transport
         if given:
             self._operating_pages.add(socket)
@@ -109,6 +101,19 @@ class Pages:
             self._sockets.pop(socket, None)
             self._operating_pages.discard(socket)
         return socket
+
+    def _admitted(self, request: web.Request) -> bool:
+        """Return whether a page has the token; refuse it if that is wrong, or the page is one too many."""
+        given = request.query.get("token", "")
+        if given and not hmac.compare_digest(given.encode(), self._token.encode()):
+            raise web.HTTPForbidden(text=OTHER_LINK)
+        origin = request.headers.get("Origin")
+        if origin is not None and origin.partition("://")[2] != request.host:
+            raise web.HTTPForbidden(text="another site's page")
+        alike = self._operating_pages if given else self._sockets.keys() - self._operating_pages
+        if len(alike) >= MOST_PAGES:
+            raise web.HTTPServiceUnavailable(text=f"{MOST_PAGES} pages are open already")
+        return bool(given)
 
     def _order(self, socket: web.WebSocketResponse, text: str) -> None:
         """Give the order of a page; a stop is sent first."""

@@ -56,14 +56,7 @@ def _real(key: str, fault: Fault, plan: Plan) -> str:
 
 def _elsewhere(key: str, fault: Fault, plan: Plan, host: str) -> str:
     """Return why only another host can inject `fault`, or empty."""
-    if isinstance(fault, Kill | Restart | Freeze):
-        named, processes = f"{key}.process = {fault.process!r}", [fault.process]
-    elif fault.cores == FOLLOWERS:
-        [(name, drone)] = fault.named_drones().items()
-        named, processes = f"{key}.{name} = {drone}", [plan.pilots[drone]]
-    else:
-        named = f"{key}.kind = {fault.kind!r}"
-        processes = [identity for identity in plan.started if plan.rows[identity] in fault.cores]
+    named, processes = _processes(key, fault, plan)
     far = next((identity for identity in processes if plan.hosts[identity] != host), None)
     if far is not None:
         return f"{named}: {far} runs on host {plan.hosts[far]!r}, this is {host!r}; only its own host can do this"
@@ -71,6 +64,16 @@ def _elsewhere(key: str, fault: Fault, plan: Plan, host: str) -> str:
         conductor = next(name for name in plan.swarm.hosts if plan.conducts(name))
         return f"{named}: only {conductor!r}, the recorder's host, knows the time; use --faults there, this is {host!r}"
     return ""
+
+
+def _processes(key: str, fault: Fault, plan: Plan) -> tuple[str, list[str]]:
+    """Return what to name of a fault, and the processes that inject it or suffer it."""
+    if isinstance(fault, Kill | Restart | Freeze):
+        return f"{key}.process = {fault.process!r}", [fault.process]
+    if fault.cores == FOLLOWERS:
+        [(name, drone)] = fault.named_drones().items()
+        return f"{key}.{name} = {drone}", [plan.pilots[drone]]
+    return f"{key}.kind = {fault.kind!r}", [one for one in plan.started if plan.rows[one] in fault.cores]
 
 
 class FaultInjector:

@@ -127,13 +127,8 @@ def _start(plan: Plan, drone: int, place: Vector, mission: Mission | None) -> Fi
 def _airframe(plan: Plan, drone: int, seen: Seen) -> Iterator[Finding]:
     name, limits, telemetry = uav(drone), plan.swarm.limits, seen.telemetry.get(drone)
     for driver in _drivers(plan, drone):
-        if (status := _fresh(seen, driver)) is None:
-            continue  # the driver has its own line
-        known = {reason.code: reason for reason in sorted(status.report.reasons, key=lambda one: bool(one.remedy))}
-        wrong = [code for code, reason in known.items() if reason.remedy]
-        for code in dict.fromkeys((*plan.swarm.row(drone).live_checks, *wrong)):
-            reason = known.get(code, Reason(code, "nothing wrong"))
-            yield Finding(name, code, reason.text, reason.remedy)
+        if (status := _fresh(seen, driver)) is not None:  # else the driver has its own line
+            yield from _driver(name, plan.swarm.row(drone).live_checks, status)
     if telemetry is None or seen.now - telemetry.stamp > STALE:
         yield Finding(name, "telemetry", "none", "the line of its driver gives the reason")
         return
@@ -143,6 +138,15 @@ def _airframe(plan: Plan, drone: int, seen: Seen) -> Iterator[Finding]:
     )
     airborne = telemetry.state in IN_THE_AIR
     yield Finding(name, "on the ground", telemetry.state.name.lower(), "land it first" if airborne else "")
+
+
+def _driver(name: str, checked: Iterable[str], status: Status) -> Iterator[Finding]:
+    """Yield what a driver says of the codes that are `checked`, and its other problems."""
+    known = {code: Reason(code, "nothing wrong") for code in checked}
+    for reason in sorted(status.report.reasons, key=lambda one: bool(one.remedy)):
+        if reason.remedy or reason.code in known:
+            known[reason.code] = reason
+    yield from (Finding(name, reason.code, reason.text, reason.remedy) for reason in known.values())
 
 
 def _drivers(plan: Plan, drone: int) -> Iterable[str]:

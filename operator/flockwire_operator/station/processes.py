@@ -8,6 +8,7 @@ import os
 import signal
 import subprocess
 from collections.abc import AsyncIterator, Iterable, Mapping
+from itertools import groupby
 from pathlib import Path
 
 from flockwire_core import clock
@@ -115,14 +116,13 @@ class Children:
         themselves, and so does a host without any, on which drones of other hosts may depend.
         """
         rows = self._host.plan.rows
-        flyers = {identity for identity in self._running if rows[identity].flies}
+        flyers = [identity for identity in self._running if rows[identity].flies]
         await self._end_all(flyers, LANDING_TIME + self._host.plan.swarm.climb_time, interrupted)
         impatient = interrupted is not None and interrupted.count > 1
         if (flyers or not impatient) and all(self._running[i].poll() is not None for i in flyers):
-            for rank in sorted({rows[identity].rank for identity in self._running}):
-                others = {i for i in self._running if rows[i].rank == rank} - flyers
-                filing = {i for i in others if rows[i].records}
-                await asyncio.gather(self._end_all(filing, FILING), self._end_all(others - filing, GRACE))
+            ranked = sorted(self._running.keys() - flyers, key=lambda identity: rows[identity].rank)
+            for _, others in groupby(ranked, lambda identity: rows[identity].rank):
+                await asyncio.gather(*(self._end_all([i], FILING if rows[i].records else GRACE) for i in others))
         self._forget()
 
     def _forget(self) -> None:
