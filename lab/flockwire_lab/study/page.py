@@ -10,11 +10,14 @@ from typing import TYPE_CHECKING
 from flockwire_analysis.report import render
 from flockwire_core.swarm.model import Swarm
 
-from flockwire_lab.study.findings import Findings, GridPointFigures, label, quantity
+from flockwire_lab.study.findings import Findings, label, quantity
 from flockwire_lab.study.flight import QUANTITIES
 
 if TYPE_CHECKING:
     from flockwire_analysis.figures.drawing import Picture  # with matplotlib
+
+SUCCESS = ("", "runs", "success", "95 % interval", "failed")
+FIGURES = ("", "figure", "50 %", "95 %", "99 %", "worst", "its seed")
 
 
 def write_study(findings: Findings, swarm: Swarm, out: Path, pdf: bool = False) -> None:
@@ -36,21 +39,24 @@ def page(findings: Findings, pictures: Sequence[Picture]) -> str:
         subtitle=f"{len(findings.results)} virtual flights of {plan.duration:g} s; study seed {plan.seed}",
         runs=len(findings.results),
         failures=findings.failures,
-        success=map(_success, findings.rows),
-        figures=_figures(findings),
+        success=(SUCCESS, success_rows(findings)),
+        figures=(FIGURES, figure_rows(findings)),
         pictures=pictures,
-        worst=_worst(findings),
+        worst=worst_rows(findings),
         plan=json.dumps(plan.model_dump(mode="json"), indent=2),
     )
 
 
-def _success(row: GridPointFigures) -> tuple[str, ...]:
-    failed = ", ".join(f"{count} x {name}" for name, count in row.failed.items())
-    interval = f"{100 * row.low:.2f} to {100 * row.high:.2f} %"
-    return label(row.point), str(row.runs), f"{100 * row.rate:.2f} %", interval, failed or "none"
+def success_rows(findings: Findings) -> Iterable[tuple[str, ...]]:
+    """Yield the cells of each row of the table of success."""
+    for row in findings.rows:
+        failed = ", ".join(f"{count} x {name}" for name, count in row.failed.items())
+        interval = f"{100 * row.low:.2f} to {100 * row.high:.2f} %"
+        yield label(row.point), str(row.runs), f"{100 * row.rate:.2f} %", interval, failed or "none"
 
 
-def _figures(findings: Findings) -> Iterable[tuple[str, ...]]:
+def figure_rows(findings: Findings) -> Iterable[tuple[str, ...]]:
+    """Yield the cells of each row of the table of figures."""
     for row in findings.rows:
         for one in QUANTITIES:
             quantiles = row.figures[one.key]
@@ -60,7 +66,8 @@ def _figures(findings: Findings) -> Iterable[tuple[str, ...]]:
                 yield label(row.point), one.text, *cells, str(quantiles.worst_seed)
 
 
-def _worst(findings: Findings) -> Iterable[tuple[str, ...]]:
+def worst_rows(findings: Findings) -> Iterable[tuple[str, ...]]:
+    """Yield seed, grid point, result and the command that repeats it of each of the worst runs."""
     for result in findings.worst:
         point = label(dict(findings.plan.points[result.point]))
         verdict = result.reason or f"ok; {result.margin:.2f} x the safety distance"

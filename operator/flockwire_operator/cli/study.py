@@ -15,10 +15,10 @@ from typing import NoReturn
 from flockwire_core.loading import parse_swarm
 from flockwire_lab import coverage
 from flockwire_lab.study.file import Study, StudyError, load_study
-from flockwire_lab.study.findings import Findings, find, label, quantity, write_worst
-from flockwire_lab.study.flight import QUANTITIES, Result, fly
+from flockwire_lab.study.findings import Findings, find, write_worst
+from flockwire_lab.study.flight import Result, fly
 from flockwire_lab.study.ledger import Ledger, missing
-from flockwire_lab.study.page import write_study
+from flockwire_lab.study.page import FIGURES, SUCCESS, figure_rows, success_rows, worst_rows, write_study
 from flockwire_lab.study.variation import Table, rehearse, swarm_table
 from flockwire_lab.study.workers import Workers, WorkersLostError, cluster, conduct, local
 from rich import box
@@ -137,25 +137,15 @@ def _terminable() -> Iterator[None]:
 
 def _print(findings: Findings, out: Path) -> None:
     console = Console(width=None if sys.stdout.isatty() else 160)
-    table = RichTable(box=box.SIMPLE_HEAD, title=f"{findings.swarm}: {len(findings.results)} virtual flights")
-    for heading in ("", "figure", "50 %", "95 %", "99 %", "worst", "its seed"):
-        table.add_column(heading, justify="left" if heading in ("", "figure") else "right")
-    for row in findings.rows:
-        interval = f"95 % interval: {100 * row.low:.2f} to {100 * row.high:.2f} %"
-        table.add_row(label(row.point), f"success {row.successes} of {row.runs} = {100 * row.rate:.2f} %; {interval}")
-        for name, count in row.failed.items():
-            table.add_row("", f"  {count} failed: {name}")
-        for one in QUANTITIES:
-            quantiles = row.figures[one.key]
-            if quantiles is not None:
-                cells = (quantity(v, one.unit) for v in (quantiles.p50, quantiles.p95, quantiles.p99, quantiles.worst))
-                table.add_row("", one.text, *cells, str(quantiles.worst_seed))
-        table.add_section()
-    console.print(table)
+    print(f"{findings.swarm}: {len(findings.results)} virtual flights")
+    for heads, rows in ((SUCCESS, success_rows(findings)), (FIGURES, figure_rows(findings))):
+        table = RichTable(*heads, box=box.SIMPLE_HEAD)
+        for row in rows:
+            table.add_row(*row)
+        console.print(table)
     print("  the worst runs:")
-    for result in findings.worst:
-        verdict = result.reason or f"ok, {result.margin:.2f} x the safety distance"
-        print(f"  {result.seed}  {label(dict(findings.plan.points[result.point]))}: {verdict}")
+    for seed, point, verdict, _ in worst_rows(findings):
+        print(f"  {seed}  {point}: {verdict}")
     if command := findings.again(findings.worst[0]).get("command"):
         print(f"  to repeat the worst: {command.replace('worst/', f'{out}/worst/')}")
     print(f"  study: {out / 'study.html'}")

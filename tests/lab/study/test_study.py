@@ -117,7 +117,7 @@ def test_a_study_continues_where_it_stopped_and_ends_like_one_in_a_single_call(
 ) -> None:
     said = flockwire(*files, "--out", tmp_path / "parts", "--runs", 1, "--jobs", 1)
     assert said.exit_code == 0, said.output
-    assert "success 1 of 1" in said.output
+    assert "100.00 %" in said.output
     with (tmp_path / "parts" / "runs.jsonl").open("a") as torn:
         torn.write('{"point": 0, "ru')
     before = lines_of_whole(tmp_path / "parts")
