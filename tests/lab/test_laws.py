@@ -56,8 +56,8 @@ def test_check_finds_no_problem(name):
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
-def test_the_command_flies_it_and_all_is_well(name, flockwire, tmp_path):
-    done = flockwire("sim", EXAMPLES / f"{name}.toml", "--duration", 25, "--out", tmp_path / "out")
+def test_the_command_flies_it_and_all_is_well(name, flockwire):
+    done = flockwire("sim", EXAMPLES / f"{name}.toml", "--duration", 25, "--no-trace")
     assert done.returncode == 0, done.stdout
 
 
@@ -151,5 +151,5 @@ def test_flocks_fly_together():
 def test_multirotors_fly_it(name, flockwire, tmp_path):
     text = (EXAMPLES / f"{name}.toml").read_text()
     (tmp_path / "swarm.toml").write_text(text.replace("{ id = ", '{ airframe = "multirotor", id = '))
-    done = flockwire("sim", tmp_path / "swarm.toml", "--duration", 25, "--out", tmp_path / "out")
+    done = flockwire("sim", tmp_path / "swarm.toml", "--duration", 25, "--no-trace")
     assert done.returncode == 0, done.stdout + done.stderr

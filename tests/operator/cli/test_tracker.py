@@ -15,6 +15,8 @@ from typing import Any
 import pytest
 import tomli_w
 from command_line import refused
+from flockwire_core.loading import load_swarm
+from flockwire_lab.flight import Flight, fly_recorded
 
 ALIGNED = {"rotation": [0.0, 0.0, 0.6, 0.8], "offset": [1.0, -2.0, 0.1]}
 
@@ -74,9 +76,9 @@ def test_a_source_without_a_tracker_is_refused(flockwire: Any, swarm: Callable[.
 
 
 def test_a_replayed_trace_is_examined_too(flockwire: Any, swarm: Callable[..., Path], tmp_path: Path) -> None:
-    flown = swarm()
-    assert flockwire("sim", flown, "--duration", 1, "--out", tmp_path / "out").returncode in (0, 1)
-    replay = {"trace": str(tmp_path / "out" / "trace.mcap")}
+    trace = tmp_path / "trace.mcap"
+    fly_recorded(Flight(load_swarm(swarm()), 0, 1.0), "", trace, lambda _: None)
+    replay = {"trace": str(trace)}
     found = flockwire("tracker", swarm(source="replay", replay=replay), "--seconds", 0.5)
     assert found.stdout.count("uav") == 5
     (tmp_path / "empty.mcap").write_bytes(b"")
