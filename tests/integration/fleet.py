@@ -19,6 +19,7 @@ import pytest
 import zenoh
 from flockwire_core import clock
 from flockwire_core.domain.order import Mission
+from flockwire_core.domain.time import SECOND
 from flockwire_core.loading import load_swarm
 from flockwire_core.pilot.orders import rank
 from flockwire_core.runtime.session import RouterAbsentError, Session
@@ -135,6 +136,12 @@ def _opened(plan: Plan, keys: Path) -> Session:
     raise AssertionError("the router does not answer")
 
 
+def _has(seen: dict[str, Status], order: Mission) -> bool:
+    """Return whether the gateway reports `order` as the last of its log."""
+    last = seen["gateway"].report.mission if "gateway" in seen else None
+    return last is not None and last.stamp == order.stamp
+
+
 class Tower:
     """An operator that waits for what it wants to see."""
 
@@ -148,7 +155,7 @@ class Tower:
         self._session.close()
 
     def order(self, verb: str, delay: float = 0.5) -> None:
-        """Give an order."""
+        """Give an order; one that takes up is repeated until the gateway that is heard has it in its log."""
         now = clock.now()
         log = self.statuses["gateway"].report.mission if "gateway" in self.statuses else None
         number = log.number if log is not None else 0
@@ -156,6 +163,11 @@ class Tower:
         order = Mission(now, self._swarm.frame, verb, start)
         key, order = (MISSION, order) if rank(order) else (PROPOSAL, order._replace(number=number))
         self._session.publish([(key, order)])
+        while key == PROPOSAL and "gateway" in self.statuses and clock.now() - now < 3 * SECOND:
+            with contextlib.suppress(AssertionError):
+                self.wait(lambda seen: _has(seen, order), 0.3)
+                return
+            self._session.publish([(key, order)])
 
     def wait(self, met: Callable[[dict[str, Status]], bool], seconds: float = PATIENCE) -> dict[str, Status]:
         """Poll until the fresh statuses are as wanted."""
