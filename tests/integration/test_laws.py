@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import shutil
+import time
+from math import hypot
 from pathlib import Path
 
 import pytest
@@ -11,7 +13,11 @@ import tomli_w
 from fleet import CONTROL_RATE, PATIENCE, flockwire, free_ports
 from flockwire_core.loading import load_swarm
 from flockwire_core.swarm.model import uav
+from flockwire_core.wire.codec import decode
+from flockwire_core.wire.keys import Key
 from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.sighting import Sighting
+from flockwire_laws.aggregative import RESTARTED
 from law_swarms import EXAMPLES, NAMES, of_five
 
 pytestmark = pytest.mark.long
@@ -61,3 +67,43 @@ def test_five_drones_fly_the_law(name, write, tmp_path):
 @pytest.mark.parametrize("name", TELLOS)
 def test_five_tellos_fly_the_law(name, write, tmp_path):
     assert all(check["ok"] for check in fly(write(name, "tello"), tmp_path / "out")["checks"])
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_probe_finds_no_leak_with_the_keys_of_the_law(name, write, tmp_path):
+    process = flockwire("probe", write(name), "--out", tmp_path / "probe")
+    output, errors = process.communicate(timeout=10 * PATIENCE)
+    assert process.returncode == 0, output + errors
+    results = json.loads((tmp_path / "probe/probe.json").read_text())
+    assert results["leaks"] == results["blocked"] == []
+
+
+def test_an_insider_of_a_bearing_law_gets_bearings_and_no_pose_of_a_neighbour(write, make_fleet, make_tower):
+    fleet, received = make_fleet(write("bearing")), {}
+    fleet.start()
+    tower = make_tower(fleet)
+    tower.all_in("ready", *map(uav, fleet.plan.swarm.followers))
+    with fleet.insider("uav2") as session:
+        session.declare_subscriber("**", lambda one: received.update({str(one.key_expr): one.payload.to_bytes()}))
+        time.sleep(3.0)
+    allowed = {fleet.plan.text(key): key for key in fleet.plan.subscribes["uav2"]}
+    assert received.keys() <= allowed.keys()
+    assert {allowed[text].owner for text in received if allowed[text].kind in ("pose", "seen", "nearby")} == {"uav2"}
+    sighting = decode(Sighting, received[fleet.plan.text(Key("seen", "uav2"))])
+    assert {one.number for one in sighting.neighbours} == {1, 3}
+    for one in sighting.neighbours:
+        assert hypot(*one.bearing) == pytest.approx(1.0)
+        assert (one.distance, one.position, one.velocity) == (None, None, None)
+
+
+def test_an_agent_killed_in_its_rounds_is_restarted_and_named_and_all_land(write, tmp_path):
+    faults, out = tmp_path / "kill.faults", tmp_path / "out"
+    faults.write_text('[[faults]]\nat = 11.0\nkind = "kill"\nprocess = "uav2"\n')
+    swarm = write("aggregative")
+    process = flockwire("up", swarm, "--headless", "--duration", "20", "--out", out, "--faults", faults)
+    output, errors = process.communicate(timeout=3 * PATIENCE)
+    checks = {check["name"]: check["ok"] for check in json.loads((out / "summary.json").read_text())["checks"]}
+    assert checks["separation"], output + errors
+    assert checks["landed"], output
+    for neighbour in ("uav1", "uav3"):
+        assert RESTARTED.format(2) in (out / f"logs/{neighbour}.log").read_text()
