@@ -10,7 +10,7 @@ from flockwire_core.domain.order import Mission
 from flockwire_core.domain.signals import Signals
 from flockwire_core.domain.time import SECOND
 from flockwire_core.follower_law import follower_law
-from flockwire_core.law import STATE, Decision, Observation, Sense
+from flockwire_core.law import Decision, Observation, Sense
 from flockwire_core.parameters import pilot_parameters
 from flockwire_core.pilot.law_command import LawCommand
 from flockwire_core.pilot.orders import is_known
@@ -43,14 +43,16 @@ class AgentCore:
         self.prompt = frozenset({MISSION})
         self.period = parameters.period
         self._frame, self._signals_key = swarm.frame, Key("signals", name)
-        self._declared = declared = information_of(swarm)
+        declared = information_of(swarm)
         form, make = law_form(declared), partial(law or follower_law, swarm, number)
         self._law = GuardedLaw(make, name, stopwatch, declared, form, aside)
         self._exchange = Exchange(swarm, number, declared, form, pilot.born)
         self._site = _site(swarm, number, pilot.born)
         pilot.accelerates = accelerates(swarm, number)
         self._command = LawCommand(declared, parameters, pilot.accelerates)
-        self._whole, pilot.counts_filtered = declared.own & STATE == STATE, swarm.control.own_law
+        own = declared.own  # a flag's & takes 1 us
+        self._sees_position, self._sees_velocity = bool(own & Sense.POSITION), bool(own & Sense.VELOCITY)
+        self._senses, pilot.counts_filtered = bool(declared.around), swarm.control.own_law
         self._judged: tuple[Observation, Decision] | None = None  # of the last step
         self._take: dict[Key, Callable[[Any], None]] = {  # handlers of messages, by key
             **self._exchange.handlers,
@@ -116,23 +118,23 @@ class AgentCore:
 
     def _observation(self, now: int) -> Observation:
         """Return what the law observes."""
-        pilot, place, motion, declared = self._pilot, self._site.place, self._pilot.motion, self._declared
-        exchange, sight = self._exchange, self._exchange.sight
+        pilot, exchange, place, motion = self._pilot, self._exchange, self._site.place, self._pilot.motion
+        sight, sees_position, sees_velocity = exchange.sight, self._sees_position, self._sees_velocity
         return Observation(
             (now - place.start) / SECOND if place is not None else 0.0,
             pilot.dt,
             pilot.stamp,
-            motion.position if motion is not None and declared.own & Sense.POSITION else None,
-            motion.velocity if motion is not None and declared.own & Sense.VELOCITY else None,
+            motion.position if motion is not None and sees_position else None,
+            motion.velocity if motion is not None and sees_velocity else None,
             sight.neighbours if sight is not None else (),
             sight.around if sight is not None else (),
-            pilot.bodies if declared.around else (),
+            pilot.bodies if self._senses else (),
             exchange.heard,
             exchange.news,
             place,
             self._law.plan(now),
             now,
-            motion if self._whole else None,
+            motion if sees_position and sees_velocity else None,
         )
 
     def _obey(self, observation: Observation) -> Decision:

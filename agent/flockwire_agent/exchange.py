@@ -45,6 +45,7 @@ class Exchange:
             heard = {j: weight for j, weight in neighbours.items() if j in speakers(swarm)}
             self._hearing = Hearing(heard, leaders, form, declared.pace, declared.silence)
             self._sender = LawSender(form, declared.pace, swarm.frame, born)
+        self._noticed = [part for part in (self.sight, self._hearing) if part is not None]
         self.neighbourhood = Neighbourhood(
             neighbours,
             swarm.limits.staleness,
@@ -66,9 +67,9 @@ class Exchange:
 
     def leave_out(self, drones: Container[int]) -> None:
         """Ignore `drones` until called again."""
-        for part in (self.neighbourhood, self.sight, self._hearing):
-            if part is not None:
-                part.leave_out(drones)
+        self.neighbourhood.leave_out(drones)
+        for part in self._noticed:
+            part.leave_out(drones)
 
     def update(self, now: int) -> None:
         """Update what is known at `now` (Unix ns)."""
@@ -77,11 +78,10 @@ class Exchange:
         if self._relays:
             self.heard = neighbourhood.update(now)
             self.silence, self.missing = neighbourhood.silence(now, born), neighbourhood.missing
-        for part in (self.sight, self._hearing):
-            if part is not None:
-                part.update(now)
-                self.silence = max(self.silence, part.silence(now, born))
-                self.missing = tuple(dict.fromkeys((*self.missing, *part.missing))) if part.missing else self.missing
+        for part in self._noticed:
+            part.update(now)
+            self.silence = max(self.silence, part.silence(now, born))
+            self.missing = tuple(dict.fromkeys((*self.missing, *part.missing))) if part.missing else self.missing
         if self._hearing is not None:
             self.heard, self.news = self._hearing.heard, self._hearing.news
         down = neighbourhood.leading is Leading.IS_DOWN
@@ -93,7 +93,7 @@ class Exchange:
 
     def messages(self, decision: Decision, message: bytes | None, failed: bool, now: int) -> list[tuple[Key, Message]]:
         """Return what to publish at `now` (Unix ns): the law's packed `message`, or its estimate; none that failed."""
-        found = list[tuple[Key, Message]]()
+        found: list[tuple[Key, Message]] = []
         if self._sender is not None and not failed:  # a failed law gives no sign of life
             sent = self._sender.send(message, now, decision.stamp)
             if sent is not None:
@@ -113,9 +113,7 @@ class Exchange:
     def oldest(self, now: int) -> float:
         """Return the largest time, s, since an in-neighbour was noticed; NEVER if one never was."""
         oldest = self.neighbourhood.oldest(now) if self._relays else 0.0
-        for part in (self.sight, self._hearing):
-            oldest = max(oldest, part.oldest(now)) if part is not None else oldest
-        return oldest
+        return max([oldest, *(part.oldest(now) for part in self._noticed)])
 
     def reported(self, report: Report) -> Report:
         """Return `report` with whom it misses in formation, and how many messages of the law were lost or rejected."""

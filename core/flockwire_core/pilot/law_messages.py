@@ -109,7 +109,8 @@ class Hearing(Presence):
         """Update what is heard at `now` (Unix ns): of each neighbour the newest message, and all since then."""
         super().update(now)
         oldest = now - self._silence
-        heard, news = list[Heard](), list[Heard]()
+        heard: list[Heard] = []
+        news: list[Heard] = []
         for j, speaker in self.speakers.items():
             arrived, speaker.news = speaker.news, []
             if j in self.left_out:
