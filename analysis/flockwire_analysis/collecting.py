@@ -71,12 +71,13 @@ class Collector:
         self._recorded = self._malformed = self._strays = 0
 
     def add(
-        self, channel: Hashable, key: Key | None, message: Message | None, sequence: int, published: int, logged: int
-    ) -> None:
+        self, channel: Hashable, key: Key | None, message: Message | None, sequence: int, published: int, logged: int,
+        size: int = 0,
+    ) -> None:  # fmt: skip
         """Add a message of `key`; both are None if they cannot be read.
 
         `channel` identifies key and publisher, `sequence` is the publisher's count. `published` (claimed by the
-        publisher) and `logged` are Unix times in ns.
+        publisher) and `logged` are Unix times in ns, `size` is that of its payload in bytes.
         """
         self._recorded += 1
         logged = self._log_time(logged)
@@ -90,6 +91,7 @@ class Collector:
         if key is None or message is None or publisher.columns is None:
             self._malformed += 1
         elif not publisher.watched or self._watch(publisher, channel, key, message):
+            publisher.columns.size += size
             publisher.columns.add(message, publication_time(published, logged), logged, sequence)
 
     def _make_publisher(self, key: Key | None) -> _Publisher:
@@ -179,6 +181,7 @@ class Collector:
             self._malformed, closed, lost_bytes,
             _fixed({number: sorted(held, key=attrgetter("stamp")) for number, held in self._held.items()}),
             self._signals(),
+            {key: columns.size for key, columns in self._columns.items()},
         )  # fmt: skip
 
     def _vitals(self) -> Iterator[ProcessRecord]:

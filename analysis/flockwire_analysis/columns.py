@@ -29,7 +29,7 @@ class Columns:
     """
 
     def __init__(self, kind: str) -> None:
-        self.rows = bytearray()
+        self.rows, self.size = bytearray(), 0  # the size is that of all payloads, bytes
         self.width = _WIDTHS.get(ROWS[kind].message, 0)
         self.oriented = ROWS[kind].message is Pose
         self.sensed_at = array("q")

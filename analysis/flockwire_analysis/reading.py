@@ -44,7 +44,7 @@ def _read(records: WholeRecords, collector: Collector | None) -> Collector | Non
     collector = collector or Collector(swarm, described.metadata)
     for key, message, publisher, record in messages(collector.plan, walk):
         count = record.sequence & COUNT_MASK
-        collector.add(publisher, key, message, count, record.publish_time, record.log_time)
+        collector.add(publisher, key, message, count, record.publish_time, record.log_time, len(record.data))
     return collector
 
 

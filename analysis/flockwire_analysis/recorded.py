@@ -61,7 +61,7 @@ class Trace:
     status, `states` the changes of reported phases by identity, `histories` what pilots reported of phase and orders,
     `shown` the changes of what pages show of a process, by identity, `failed_laws` a sentence for each error of a law,
     `contradictions` one for each input that a pilot took for false; `held` which places followers held by auctions;
-    `signals` what laws recorded, by follower and name.
+    `signals` what laws recorded, by follower and name, `sizes` the bytes of each key's payloads.
     `begin` and `end` are the first and the last log time (Unix ns). `lost` counts missing messages of topics that are
     not repeated, and missing orders that pilots obeyed; `lost_beside` those of optional processes alone; `malformed`
     the messages that could not be decoded. A trace that was not `closed` was read up to its last complete record;
@@ -92,6 +92,7 @@ class Trace:
     lost_bytes: int
     held: dict[int, tuple[Held, ...]] = field(default_factory=dict)
     signals: dict[int, dict[str, Samples]] = field(default_factory=dict)
+    sizes: dict[Key, int] = field(default_factory=dict)
 
     @property
     def swarm(self) -> Swarm:

@@ -50,7 +50,7 @@ class TraceInMemory:
         """Collect one message."""
         self._collector.add(
             published.publisher, published.key, published.message, published.sequence, published.sent,
-            published.at,
+            published.at, len(published.sample.payload),
         )  # fmt: skip
 
     def trace(self) -> Trace:

@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 from flockwire_analysis.expenditure import effort, path_length
 from flockwire_analysis.recorded import Trace
-
-from flockwire_lab.process import Published, Tap
+from flockwire_core.domain.time import SECOND
 
 EXCHANGED = frozenset({"estimate", "law", "bids"})  # kinds of keys by which a law speaks to its neighbours
 
@@ -28,25 +27,13 @@ COSTS = (
 )
 
 
-class Traffic:
-    """Counts what drones publish for each other by their law, and passes all on to `tap`."""
-
-    def __init__(self, tap: Tap) -> None:
-        self._tap, self._messages, self._bytes = tap, 0, 0
-
-    def take(self, published: Published) -> None:
-        """Receive a published message."""
-        if published.key.kind in EXCHANGED:
-            self._messages += 1
-            self._bytes += len(published.sample.payload)
-        self._tap(published)
-
-    def costs(self, trace: Trace, seconds: float) -> dict[str, float | None]:
-        """Return the figures of COSTS for a flight of `seconds`, per follower."""
-        share = 1.0 / (seconds * len(trace.swarm.followers))
-        return {
-            "path_m": path_length(trace),
-            "messages_per_s": self._messages * share,
-            "bytes_per_s": self._bytes * share,
-            "effort_m2_s": effort(trace),
-        }
+def costs(trace: Trace) -> dict[str, float | None]:
+    """Return the figures of COSTS for a flight, per follower."""
+    kinds = [key for key in trace.series if key.kind in EXCHANGED]
+    share = SECOND / ((trace.end - trace.begin) * len(trace.swarm.followers))
+    return {
+        "path_m": path_length(trace),
+        "messages_per_s": sum(len(trace.series[key]) for key in kinds) * share,
+        "bytes_per_s": sum(trace.sizes[key] for key in kinds) * share,
+        "effort_m2_s": effort(trace),
+    }

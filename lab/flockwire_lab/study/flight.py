@@ -13,7 +13,7 @@ from flockwire_core.swarm.model import Swarm
 
 from flockwire_lab.coverage import events
 from flockwire_lab.flight import TraceInMemory
-from flockwire_lab.study.expenditure import Traffic
+from flockwire_lab.study.expenditure import costs
 from flockwire_lab.study.file import Study, StudyError
 from flockwire_lab.study.variation import Table, vary
 from flockwire_lab.world import World
@@ -86,8 +86,7 @@ def fly(task: Task) -> Result:
         varied = vary(plan, task.table, plan.points[task.point], seed)
         drawn = varied.drawn
         trace = TraceInMemory(varied.swarm, seed)
-        traffic = Traffic(trace.take)
-        outcome = World(varied.swarm, seed, plan.duration, varied.faults, traffic.take).run()
+        outcome = World(varied.swarm, seed, plan.duration, varied.faults, trace.take).run()
         recorded = trace.trace()
         summary = summarise(recorded)
     except StudyError as error:
@@ -100,7 +99,7 @@ def fly(task: Task) -> Result:
     bad |= {check.name: check.sentence() for check in judged if not check.ok}
     return Result(
         task.point, task.run, seed, not bad, tuple(bad), "; ".join(bad.values()), _margin(varied.swarm, summary),
-        drawn, {one.key: one.of(summary) for one in QUANTITIES} | traffic.costs(recorded, outcome.seconds),
+        drawn, {one.key: one.of(summary) for one in QUANTITIES} | costs(recorded),
         events(recorded),
     )  # fmt: skip
 
