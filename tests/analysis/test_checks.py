@@ -26,7 +26,7 @@ def failures():
     """Fly with the given numbers; returns the sentence of each failed check, by its name."""
 
     def of(**numbers):
-        summary = summarise(collect(**{"begin": -2.0, "end": 10.0} | numbers))
+        summary = summarise(collect(**{"begin": -2.0, "end": 7.0} | numbers))
         return {check.name: check.sentence() for check in summary.checks if not check.ok}
 
     return of
@@ -132,7 +132,7 @@ def test_a_drone_on_the_ground_while_its_pilot_says_formation(failures):
 
 
 def test_a_pilot_that_falls_silent(failures):
-    found = failures(pilot_ends_at=4.0)
+    found = failures(end=10.0, pilot_ends_at=4.0)
     assert list(found) == ["lost drones"]
     assert "the status of uav4 ends 8.1 s before the flight" in found["lost drones"]
 
@@ -162,7 +162,7 @@ def test_an_emergency_stop_is_named_and_the_fall_is_not_too_fast(failures):
 
 
 def test_a_recorder_that_was_frozen_is_not_a_slow_agent(failures):
-    found = failures(unrecorded=(5.0, 7.5))
+    found = failures(end=10.0, unrecorded=(5.0, 7.5))
     assert list(found) == ["recording", "lost messages"]
     assert found["recording"].startswith("recording: 2.6")
     assert "must be at most 0.5 s without recorded messages" in found["recording"]
@@ -274,7 +274,7 @@ def test_the_default_bounds():
 @pytest.mark.parametrize(("ends_at", "lost"), [(10.5, True), (11.7, False)])
 def test_a_pilot_that_ends_once_all_are_down_is_not_lost(failures, monkeypatch, ends_at, lost):
     monkeypatch.setattr(outcomes, "SILENCE", SECOND // 10)
-    assert ("lost drones" in failures(pilot_ends_at=ends_at)) is lost
+    assert ("lost drones" in failures(end=10.0, pilot_ends_at=ends_at)) is lost
 
 
 SWITCHES = {"formation_settled": False, "observation_tail": False, "separation": True}

@@ -25,7 +25,7 @@ def test_conduct_judges_no_other_flight_where_nothing_was_recorded(tmp_path, swa
     file, out = tmp_path / "mine.toml", tmp_path / "runs"
     file.write_text(tomli_w.dumps(swarm_table({})))
     (out / "20200101-000000").mkdir(parents=True)
-    record(out / "20200101-000000" / "trace.mcap")
+    record(out / "20200101-000000" / "trace.mcap", begin=-0.5, end=0.5)
     done = flockwire("conduct", file, "--out", out)
     assert done.returncode == 1
     assert NO_TRACE.format(out=out) in done.stderr

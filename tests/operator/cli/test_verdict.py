@@ -9,6 +9,7 @@ from recorded_flights import Flight, record
 
 def test_a_flight_that_was_ended_before_its_take_off_has_one_sentence_and_no_checks(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(Flight, "missions", lambda _: iter(()))
+    monkeypatch.setattr("flockwire_analysis.report.write_files", lambda *_: None)
     record(tmp_path / "trace.mcap", begin=-0.5, end=0.5)
     assert conclude("", tmp_path) == 1
     printed = capsys.readouterr()
@@ -21,7 +22,7 @@ def test_a_report_that_cannot_be_drawn_does_not_hide_the_verdict(tmp_path, monke
         raise ValueError("no such back end")
 
     monkeypatch.setattr("flockwire_analysis.report.write_files", draw)
-    record(tmp_path / "trace.mcap")
+    record(tmp_path / "trace.mcap", begin=-0.5, end=0.5)
     assert conclude("", tmp_path) == 1
     assert capsys.readouterr().err.splitlines()[-1].endswith("the report cannot be written: no such back end")
 
