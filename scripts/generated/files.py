@@ -11,6 +11,7 @@ from flockwire_deploy.compose import compose_file
 
 from generated.commands import commands_page
 from generated.faults import faults_table
+from generated.gallery import gallery_page
 from generated.keys import keys_page
 from generated.phases import phases_page
 from generated.phases_picture import phases_picture
@@ -29,6 +30,7 @@ def files() -> dict[str, str]:
         "docs/reference/keys.md": keys_page(flight, FLIGHT),
         "docs/concepts/phases.md": phases_page(),
         "docs/faults.md": with_table("docs/faults.md", faults_table()),
+        "docs/gallery.md": gallery_page(),
         "docs/images/phases.svg": phases_picture(),
         "deploy/paper/compose.yaml": compose_file(simulation),
     }

@@ -3,6 +3,7 @@
 import pytest
 from flockwire_core.pilot.transitions import transitions
 from generated.files import ROOT, files
+from generated.gallery import names
 from generated.phases_picture import ANY, phases_picture
 
 
@@ -23,3 +24,9 @@ def test_the_diagram_has_each_transition_to_another_phase():
         drawn = f">{number}<" in picture or f">{number}, " in picture or f", {number}<" in picture
         assert drawn == arrows, number
     assert f">{ANY}<" in picture
+
+
+def test_each_law_of_the_gallery_has_a_small_picture():
+    pictures = {path.stem: path.stat().st_size for path in (ROOT / "docs/images/laws").glob("*.png")}
+    assert sorted(pictures) == names()
+    assert max(pictures.values()) < 12_000
