@@ -8,7 +8,8 @@ from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.cores import Ground, Start, make_core
 from flockwire_core.wire.keys import Key
-from flockwire_leader.core import FlyingLeader, VirtualLeader
+from flockwire_leader.core import FlyingLeader
+from flockwire_leader.virtual import VirtualLeader
 from flockwire_mocap.core import GatewayCore
 from flockwire_recorder.core import RecorderCore
 from flockwire_twins.kinematics.core import KinematicsCore
