@@ -18,6 +18,10 @@ from flockwire_mocap.field_bodies import FEW, Vicinity
 FORGET: Final = SECOND  # ns unseen after which a track restarts
 
 
+Here = dict[int, tuple[Vector, Vector]]
+"""Position (m) and velocity (m/s) of each drone that is not lost."""
+
+
 class Track:
     """One drone as the tracker sees it."""
 
@@ -59,38 +63,41 @@ class RelativeSensor:
     def see(self, claims: list[Claim]) -> dict[int, Sighting]:
         """Receive a step's drones, in order of time; return what each follower among them sees."""
         for claim in claims:
-            track = self._tracks.get(claim.drone)
-            if track is not None and claim.stamp - track.stamp < FORGET:
-                track.update(claim.position, claim.stamp)
-            else:
-                self._tracks[claim.drone] = Track(claim.position, claim.stamp)
+            self._update(claim)
         if not claims:
             return {}
         stamp, declared = claims[-1].stamp, self._declared
         here = {j: one.at(stamp) for j, one in self._tracks.items() if stamp - one.stamp <= self._lost_after}
-        radius = declared.radius if declared.around is not Sense.NOTHING else 0.0
-        drones = list(here)
-        vicinity = Vicinity([here[j][0] for j in drones], radius) if radius > 0.0 and len(drones) > FEW else None
-        found: dict[int, Sighting] = {}
-        for i in dict.fromkeys([claim.drone for claim in claims]):
-            if i not in self._neighbours or i not in here:
-                continue
-            neighbours = [self._seen(i, j, here, stamp, declared.neighbours) for j in self._neighbours[i] if j in here]
-            around: list[Seen] = []
-            if radius > 0.0:
-                near = drones if vicinity is None else [drones[k] for k in vicinity.round(here[i][0])]
-                around = [
-                    self._seen(i, j, here, stamp, declared.around, declared.named)
-                    for j in near
-                    if j != i and distance(here[i][0], here[j][0]) < radius
-                ]
-            seen = tuple(neighbours) if declared.neighbours is not Sense.NOTHING else ()
-            found[i] = Sighting(stamp, self._frame, seen, tuple(around))
+        seeing = [i for i in dict.fromkeys([claim.drone for claim in claims]) if i in self._neighbours and i in here]
+        near, found = self._near(seeing, here), dict[int, Sighting]()
+        for i in seeing:
+            edges = self._neighbours[i] if declared.neighbours is not Sense.NOTHING else ()
+            neighbours = [self._seen(i, j, here, stamp, declared.neighbours) for j in edges if j in here]
+            around = [self._seen(i, j, here, stamp, declared.around, declared.named) for j in near.get(i, ())]
+            found[i] = Sighting(stamp, self._frame, tuple(neighbours), tuple(around))
         return found
 
-    def _seen(
-        self, i: int, j: int, here: dict[int, tuple[Vector, Vector]], stamp: int, sense: Sense, named: bool = True
-    ) -> Seen:
+    def _update(self, claim: Claim) -> None:
+        track = self._tracks.get(claim.drone)
+        if track is not None and claim.stamp - track.stamp < FORGET:
+            track.update(claim.position, claim.stamp)
+        else:
+            self._tracks[claim.drone] = Track(claim.position, claim.stamp)
+
+    def _near(self, seeing: list[int], here: Here) -> dict[int, list[int]]:
+        """Return who is within the radius of each drone, nobody if the law does not see around."""
+        radius, drones = self._declared.radius, list(here)
+        if self._declared.around is Sense.NOTHING or radius <= 0.0:
+            return {}
+        vicinity = Vicinity([here[j][0] for j in drones], radius) if len(drones) > FEW else None
+        near: dict[int, list[int]] = {}
+        for i in seeing:
+            place = here[i][0]
+            others = drones if vicinity is None else [drones[k] for k in vicinity.round(place)]
+            near[i] = [j for j in others if j != i and distance(place, here[j][0]) < radius]
+        return near
+
+    def _seen(self, i: int, j: int, here: Here, stamp: int, sense: Sense, named: bool = True) -> Seen:
         """Return what drone i senses of drone j, and nothing else."""
         (own, own_velocity), (other, velocity) = here[i], here[j]
         age = (stamp - min(self._tracks[i].stamp, self._tracks[j].stamp)) / SECOND

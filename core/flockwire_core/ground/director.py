@@ -14,7 +14,7 @@ from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground.first_places import with_first_places
 from flockwire_core.ground.fleet import STALE, Fleet
 from flockwire_core.ground.known_orders import KnownOrders
-from flockwire_core.ground.lost import FLYING, Lost
+from flockwire_core.ground.lost import FLYING, Lost, reason_of_loss
 from flockwire_core.ground.order import Order
 from flockwire_core.ground.preflight import problems
 from flockwire_core.pilot.orders import rank
@@ -77,12 +77,7 @@ class Director:
         if known.read(fleet):
             self._follow_down(fleet)
         self._settle(now)
-        order = self._next(fleet)
-        if order is None and self.stage not in (Stage.FLYING, Stage.OVER) and now - self._since > self._patience():
-            order = self._out_of_patience(fleet)
-        repeats = self.order is not None and (known.is_own or rank(self.order)) and now - self._sent >= REPEAT
-        if order is None and repeats and self.order is not None and self.stage is not Stage.OVER:
-            order = self.order if fleet.lacking(self.order) else None
+        order = self._next(fleet) or self._out_of_patience(fleet) or self._unconfirmed(fleet)
         if order is not None:
             self._sent = now
         return order
@@ -160,33 +155,38 @@ class Director:
 
     def _next(self, fleet: Fleet) -> Mission | None:
         """Return the order that starts the next stage, None during the stage."""
-        now = fleet.now
         if self.stage is Stage.PREPARING:  # drones may fly by an order that is not in the log yet
-            known = fleet.order_age is not None and not self._known.is_unclear(now)
+            known = fleet.order_age is not None and not self._known.is_unclear(fleet.now)
             return self._take_off(fleet) if known else None
-        if self.stage is Stage.TAKING_OFF and fleet.all_in(Phase.HOLD):
-            if self.ordered in ("takeoff", "prepare"):
-                return self._go(Stage.FLYING, self._start(now))
-            if self.ordered == "hold":
-                self.stage, self._since = Stage.FLYING, now
-        if self.stage is Stage.TAKING_OFF and fleet.all_in(Phase.FORMATION):  # the last drone joined a flying formation
-            self.stage, self._since = Stage.FLYING, now
         if self.stage in UNDER_WAY:
-            lost = self._lost.first(fleet, self.stage is Stage.TAKING_OFF)
-            if lost is not None:
-                what = "left the formation" if self.stage is Stage.FLYING else "did not take off"
-                stopped = lost in fleet.fresh and fleet.has_stopped(lost)
-                how = "its motors stopped" if stopped else fleet.why(lost)
-                return self.abort(f"{fleet.pilots[lost]} {what}: {how}", now)
-        if self.stage is Stage.FLYING and self._duration and now - self._took_off >= self._duration:
-            return self.land(now)
-        if self.stage is Stage.LANDING and self.order is not None and fleet.restarted(self.order):
+            return self._fly(fleet)
+        if self.stage is Stage.LANDING and self._is_down(fleet):
             self.stage = Stage.OVER
-        elif self.stage is Stage.LANDING and not fleet.not_down(self._since):
-            all_confirmed = self.order is None or not fleet.unconfirmed(self.order)
-            if all_confirmed or now - self._since >= STALE:  # no pilot obeys an earlier order
-                self.stage = Stage.OVER
         return None
+
+    def _fly(self, fleet: Fleet) -> Mission | None:
+        """Return the order that starts the formation, or ends the flight, None if none is due."""
+        now = fleet.now
+        if self.stage is Stage.TAKING_OFF:
+            if self.ordered in ("takeoff", "prepare") and fleet.all_in(Phase.HOLD):
+                return self._go(Stage.FLYING, self._start(now))
+            if fleet.all_in(Phase.FORMATION) or (self.ordered == "hold" and fleet.all_in(Phase.HOLD)):
+                self.stage, self._since = Stage.FLYING, now  # the last drone joined the others
+        lost = self._lost.first(fleet, self.stage is Stage.TAKING_OFF)
+        if lost is not None:
+            what = "left the formation" if self.stage is Stage.FLYING else "did not take off"
+            return self.abort(f"{fleet.pilots[lost]} {what}: {reason_of_loss(fleet, lost)}", now)
+        over = self.stage is Stage.FLYING and 0 < self._duration <= now - self._took_off
+        return self.land(now) if over else None
+
+    def _is_down(self, fleet: Fleet) -> bool:
+        """Return whether the landing is over: all are down, and no pilot obeys an earlier order."""
+        if self.order is not None and fleet.restarted(self.order):
+            return True
+        if fleet.not_down(self._since):
+            return False
+        confirmed = self.order is None or not fleet.unconfirmed(self.order)
+        return confirmed or fleet.now - self._since >= STALE
 
     def _take_off(self, fleet: Fleet) -> Mission | None:
         """Return the order that takes all off; a drone that joins a flying formation gets its restart."""
@@ -260,8 +260,18 @@ class Director:
         """Return the time limit of the stage, ns: with the longest climb or descent, unless it is on the ground."""
         return STAGE_TIME + (0 if self.stage is Stage.PREPARING else nanoseconds(self._swarm.climb_time))
 
+    def _unconfirmed(self, fleet: Fleet) -> Mission | None:
+        """Return the newest order if it is to be repeated; who only follows another's repeats no upward one."""
+        order = self.order
+        if order is None or self.stage is Stage.OVER or fleet.now - self._sent < REPEAT:
+            return None
+        return order if (self._known.is_own or rank(order)) and fleet.lacking(order) else None
+
     def _out_of_patience(self, fleet: Fleet) -> Mission | None:
+        """End a stage that takes too long, which no formation does; return the order for that."""
         was = self.stage
+        if was in (Stage.FLYING, Stage.OVER) or fleet.now - self._since <= self._patience():
+            return None
         if was is Stage.LANDING:
             why: tuple[str, ...] = (f"not known to be down: {', '.join(fleet.not_down(self._since))}",)
         else:

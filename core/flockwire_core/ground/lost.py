@@ -35,3 +35,9 @@ class Lost:
         since = self._since.setdefault(drone, fleet.now)
         by_itself = phase == Phase.STOPPED or (phase == Phase.LANDING and drone not in fleet.unclear())
         return by_itself or fleet.now - since >= self._grace
+
+
+def reason_of_loss(fleet: Fleet, drone: int) -> str:
+    """Return why a drone no longer flies."""
+    stopped = drone in fleet.fresh and fleet.has_stopped(drone)
+    return "its motors stopped" if stopped else fleet.why(drone)

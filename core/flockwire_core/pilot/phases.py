@@ -68,22 +68,12 @@ class FlightPhases:
 
         `airborne`: the airframe flies; `high`: at take-off height or above.
         """
-        conditions, mission = 0, self.mission
-        if mission is not None:
-            conditions = ORDERED.get(mission.verb, 0)
-            if self._outdated:
-                conditions |= SPENT
-        if airborne:
-            conditions |= AIRBORNE
-        if high:
-            conditions |= HIGH
-        if REFUSE in found:
-            conditions |= UNREADY
-        if HOLD in found or (mission is not None and now < mission.start):
-            conditions |= DISTURBED
-        if LAND in found:
-            conditions |= DANGER
-        was = self.phase
+        mission = self.mission
+        ordered = ORDERED.get(mission.verb, 0) | SPENT * self._outdated if mission is not None else 0
+        waits = mission is not None and now < mission.start
+        flies = AIRBORNE * airborne | HIGH * high
+        told = UNREADY * (REFUSE in found) | DISTURBED * (HOLD in found or waits) | DANGER * (LAND in found)
+        conditions, was = ordered | flies | told, self.phase
         self._go(conditions, found)
         down = was in IN_FLIGHT and self.phase is Phase.GROUNDED
         if down and (mission is None or mission.verb != "land"):  # without an order

@@ -5,14 +5,14 @@ Session, access control, certificates, child processes, the virtual world and th
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from math import ceil
 from typing import NamedTuple
 
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.batch import FULL
 from flockwire_core.wire.keys import BATCH, ROWS, TABLE, Delivery, Key, key_text
-from flockwire_core.wire.processes import DRONE_PORTS, SINGLE_PORTS, Link, Roster
+from flockwire_core.wire.processes import DRONE_PORTS, SINGLE_PORTS, Link, Process, Roster
 
 AUTHORITY = "ca"  # signs the certificates of processes
 OPERATORS = "operators"  # signs those of operators
@@ -43,23 +43,22 @@ class Plan(Roster):
         self.over_quic = swarm.network.security != "none" and swarm.network.link == "quic"  # it listens at UDP ports
         self.identities = tuple(self.rows)
         self._order = {identity: rank for rank, identity in enumerate(self.identities)}
-        self.started = tuple(identity for identity, row in self.rows.items() if row.started)
+        self.started = self._of_rows(lambda row: row.started)
         self.pilots: Mapping[int, str] = {i: self.pilot[i] for i in swarm.flying}  # those that a flight waits for
-        self.routers = tuple(identity for identity, row in self.rows.items() if row.link is Link.ROUTER)
-        self.recorders = tuple(identity for identity, row in self.rows.items() if row.records)
-        self.operators = tuple(identity for identity, row in self.rows.items() if row.link is Link.DIALS)
+        self.routers = self._of_rows(lambda row: row.link is Link.ROUTER)
+        self.recorders = self._of_rows(lambda row: row.records)
+        self.operators = self._of_rows(lambda row: row.link is Link.DIALS)
         self.flows = tuple(self._all_flows())  # in the key table's order
-        self.keys = tuple(flow.key for flow in self.flows)
-        self.batched = frozenset(  # keys that reach the recorders in batches of their publisher
-            flow.key for flow in self.flows if not set(self.recorders).issubset(flow.subscribers)
-        )
-        self.judged = frozenset(  # keys without which a flight cannot be judged
-            flow.key for flow in self.flows if not all(self.rows[one].optional for one in flow.publishers)
-        )
         self._flows = {flow.key: flow for flow in self.flows}
+        self.keys = tuple(self._flows)
+        recorders, optional = set(self.recorders), set(self._of_rows(lambda row: row.optional))
+        # Keys that reach the recorders in batches of their publisher, and those without which no flight can be judged.
+        self.batched = self._of_flows(lambda flow: not recorders.issubset(flow.subscribers))
+        self.judged = self._of_flows(lambda flow: not optional.issuperset(flow.publishers))
+        operators = set(self.operators)
+        self.from_operators = self._of_flows(lambda flow: not operators.isdisjoint(flow.publishers))
+        self.to_operators = self._of_flows(lambda flow: not operators.isdisjoint(flow.subscribers))
         self._collect()
-        self.from_operators = frozenset(key for operator in self.operators for key in self.publishes[operator])
-        self.to_operators = frozenset(key for operator in self.operators for key in self.subscribes[operator])
         self.links = self._links()
         self.dials = {
             one: tuple(other for other in linked if self._order[other] < self._order[one])
@@ -135,6 +134,13 @@ class Plan(Roster):
     def issuer(self, identity: str) -> str:
         """Return the authority of the certificate of `identity`; operators have a separate one."""
         return OPERATORS if self.reserved and identity in self.operators else AUTHORITY
+
+    def _of_rows(self, has: Callable[[Process], bool]) -> tuple[str, ...]:
+        """Return the identities whose kind `has` something."""
+        return tuple(identity for identity, row in self.rows.items() if has(row))
+
+    def _of_flows(self, has: Callable[[Flow], bool]) -> frozenset[Key]:
+        return frozenset(flow.key for flow in self.flows if has(flow))
 
     def _all_flows(self) -> Iterator[Flow]:
         for row in TABLE:
