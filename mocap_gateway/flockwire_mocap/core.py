@@ -26,6 +26,7 @@ from flockwire_core.wire.information import sees
 from flockwire_core.wire.keys import MISSION, PROPOSAL, Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.processes import Roster
+from flockwire_core.wire.sighting import Sighting
 from flockwire_core.wire.status import APART, Report, Status
 
 from flockwire_mocap.claim import Claim, in_order, owner
@@ -104,17 +105,7 @@ class GatewayCore(Ground):
         """Publish what was tracked; for each drone what it senses first, then its pose."""
         frame, messages = self._swarm.frame, list[tuple[Key, Message]]()
         tracked = self._claims(now)
-        for claim in tracked:
-            self._seen[claim.drone] = claim.stamp
-            self._latencies.append(now - claim.stamp)
-            if claim.drone in self._strays:  # it is on the field, whatever it is
-                self._field.see_other(Stray(claim.drone), claim.stamp, claim.position)
-            else:
-                self._field.see_drone(claim)
-        if tracked and self._sensing:
-            self._field.arrange(tracked[-1].stamp)
-        known = [claim for claim in tracked if claim.drone not in self._strays] if self._sensor is not None else []
-        seen = self._sensor.see(known) if self._sensor is not None else {}
+        seen = self._take(tracked, now)
         for claim in tracked:
             drone, stamp, position = claim.drone, claim.stamp, claim.position
             if drone in self._sensing:
@@ -127,6 +118,21 @@ class GatewayCore(Ground):
             self._repeat_at = now + SECOND // 2  # ns between two repetitions of the newest order
             messages.append((MISSION, self._log.order))
         return messages
+
+    def _take(self, tracked: list[Claim], now: int) -> dict[int, Sighting]:
+        """Put what was tracked on the field; return what each follower sees by its relative sensor."""
+        for claim in tracked:
+            self._seen[claim.drone] = claim.stamp
+            self._latencies.append(now - claim.stamp)
+            if claim.drone in self._strays:  # it is on the field, whatever it is
+                self._field.see_other(Stray(claim.drone), claim.stamp, claim.position)
+            else:
+                self._field.see_drone(claim)
+        if tracked and self._sensing:
+            self._field.arrange(tracked[-1].stamp)
+        if self._sensor is None:
+            return {}
+        return self._sensor.see([claim for claim in tracked if claim.drone not in self._strays])
 
     def report(self, now: int) -> Report:
         """Return the gateway's status: problems first, then bodies that it does not see."""

@@ -164,6 +164,15 @@ class FieldBodies:
         self._here = {drone: claim for drone, claim in self._drones.items() if claim.stamp >= seen_from}
         self._all = list(self._here.values())
         self._others = [(i, self._lost_drone(i, now)) for i in self._drones if i not in self._here]
+        if self._movers:
+            self._arrange_movers(now, seen_from)
+        self._vicinity = None
+        if len(self._here) + len(self._others) > FEW:
+            widest = max((other.radius for _, other in self._others), default=0.0)
+            places = [*(claim.position for claim in self._all), *(other.position for _, other in self._others)]
+            self._vicinity = Vicinity(places, self._reach + widest)
+
+    def _arrange_movers(self, now: int, seen_from: int) -> None:
         movers = {called: one for called, one in self._movers.items() if self._lasts(called, now - one.stamp)}
         if len(self._movers) >= MOST_MOVERS:
             self._movers = movers
@@ -172,32 +181,35 @@ class FieldBodies:
             if drone is None or not self._is_drone(mover.position):
                 lost = mover.stamp < seen_from
                 self._others.append((drone, self._lost_mover(called, mover, now) if lost else mover))
-        self._vicinity = None
-        if len(self._here) + len(self._others) > FEW:
-            widest = max((other.radius for _, other in self._others), default=0.0)
-            places = [*(claim.position for claim in self._all), *(other.position for _, other in self._others)]
-            self._vicinity = Vicinity(places, self._reach + widest)
 
     def near(self, drone: int, position: Vector) -> tuple[Body, ...]:
         """Return the bodies within the sensing radius of `drone`, which is at `position` (m)."""
-        drones, others, reach = self._all, self._others, self._reach
+        drones, others = self._all, self._others
         if self._vicinity is not None:
             places, count = self._vicinity.round(position), len(drones)
             drones, others = [drones[k] for k in places if k < count], [others[k - count] for k in places if k >= count]
-        bodies: list[Body] = []
+        bodies = self._near_drones(drones, drone, position)
+        bodies += [body for owner, one in others if owner != drone and (body := one.near(position, self._reach))]
+        if self._obstacles:
+            self._add_obstacles(bodies, position)
+        return tuple(bodies)
+
+    def _near_drones(self, drones: list[Claim], drone: int, position: Vector) -> list[Body]:
+        bodies, reach = list[Body](), self._reach
         for claim in drones:
             if claim.drone != drone:
                 place = claim.position
                 dx, dy, dz = place[0] - position[0], place[1] - position[1], place[2] - position[2]
                 if SAME * SAME < dx * dx + dy * dy + dz * dz < reach * reach:
                     bodies.append(Body(DRONE, (dx, dy, dz), 0.0))
-        bodies += [body for owner, one in others if owner != drone and (body := one.near(position, reach))]
+        return bodies
+
+    def _add_obstacles(self, bodies: list[Body], position: Vector) -> None:
         for obstacle in self._obstacles:
             relative = to_axis(position, obstacle.center, obstacle.height)
             dx, dy, dz = relative
-            if dx * dx + dy * dy + dz * dz < (reach + obstacle.radius) ** 2:
+            if dx * dx + dy * dy + dz * dz < (self._reach + obstacle.radius) ** 2:
                 bodies.append(Body(OBSTACLE, relative, obstacle.radius))
-        return tuple(bodies)
 
     def _lost_drone(self, drone: int, now: int) -> LostBody:
         claim = self._drones[drone]

@@ -145,11 +145,15 @@ class FlightModes:
         return self._meant_since is not None and now - self._meant_since >= MEANT
 
     def _follow(self, meant: bool, now: int) -> None:
+        if self.mode in (Mode.FLYING, Mode.LANDING):
+            self._follow_in_flight(meant, now)
+        else:
+            self._follow_on_ground(meant, now)
+
+    def _follow_on_ground(self, meant: bool, now: int) -> None:
         lasted, airborne = now - self._since, self._monitor.airborne(now)
         match self.mode:
             case Mode.CONNECTING | Mode.GROUNDED | Mode.HELD if airborne:
-                self._find(now)
-            case Mode.FLYING if airborne and self._found and self._monitor.held(now):
                 self._find(now)
             case Mode.CONNECTING | Mode.HELD if self._monitor.down(now):
                 self._go(Mode.GROUNDED, now)
@@ -162,6 +166,11 @@ class FlightModes:
             case Mode.TAKING_OFF if not airborne and lasted > 3 * SECOND:  # its datagram was lost
                 self._go(Mode.GROUNDED, now)
                 self._client.give_up("takeoff", now)
+
+    def _follow_in_flight(self, meant: bool, now: int) -> None:
+        match self.mode:
+            case Mode.FLYING if self._found and self._monitor.airborne(now) and self._monitor.held(now):
+                self._find(now)
             case Mode.FLYING | Mode.LANDING if self._monitor.down(now):
                 self._go(Mode.GROUNDED, now)
             case Mode.FLYING if meant and self._monitor.height <= 0.45:  # m below which `land` is needed

@@ -40,18 +40,20 @@ class TelloLink:
         """Record a command that ended."""
         good = done.outcome is CommandOutcome.DONE
         if done.command == ENTER:
-            # ns between two `command`: the state needs time to arrive
-            self._entering, self._replied, self._again_at = False, good, now + SECOND // 2
-            self._refusal = done.reply if done.outcome is CommandOutcome.REFUSED else ""
-            if good:
-                self._reentries += self._had_state
-                if not self.sdk:
-                    for question in QUESTIONS:
-                        self._client.send(question, now)
+            self._entered(done, good, now)
         elif done.command == "sdk?":
             self.sdk = done.reply if good else "1.3" if done.outcome is CommandOutcome.REFUSED else ""
         elif done.command == "sn?" and good:
             self.serial = done.reply
+
+    def _entered(self, done: Finished, good: bool, now: int) -> None:
+        # ns between two `command`: the state needs time to arrive
+        self._entering, self._replied, self._again_at = False, good, now + SECOND // 2
+        self._refusal = done.reply if done.outcome is CommandOutcome.REFUSED else ""
+        if good:
+            self._reentries += self._had_state
+            for question in () if self.sdk else QUESTIONS:
+                self._client.send(question, now)
 
     def trouble(self, now: int) -> Reason | None:
         """Return the problem; None without one, or if it is too early to know."""

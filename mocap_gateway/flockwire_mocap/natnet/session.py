@@ -97,12 +97,16 @@ class NatNetSession:
         due: list[bytes] = []
         if (self.info is None or now - self._received_at > SILENCE) and self._greeting.make(now):
             due.append(encode_connect())
-        if self.info is None:
-            return due
+        if self.info is not None:
+            due += self._requests_of_stream(self.info, now)
+        return due
+
+    def _requests_of_stream(self, info: ServerInfo, now: int) -> list[bytes]:
+        due: list[bytes] = []
         if not self.table.multicast and self._keep_alive.make(now):
             due.append(encode(Kind.KEEP_ALIVE))
         asked = self._asked
-        adjustable = can_adjust(self.info.version, self.table.multicast)
+        adjustable = can_adjust(info.version, self.table.multicast)
         if asked is not None and not self.adjusted and adjustable and self._bitstream.make(now):
             due.append(encode_command("Bitstream,{}.{}".format(*asked)))
         # requests are limited: a server that does not answer may stop streaming
