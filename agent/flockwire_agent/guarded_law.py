@@ -16,8 +16,8 @@ from flockwire_core.wire.status import LAW_FAILED, Reason
 
 from flockwire_agent.planning import Planning
 
-OWN = "flockwire_agent"  # this file's frames are not the law's
-MOST_FRAMES = 4  # characters of the reported line
+OURS = ("flockwire_agent/guarded_law.py", "flockwire_core/law.py", "flockwire_core/follower_law.py")  # not the law's
+MOST_FRAMES = 4  # of the reported line
 
 
 class GuardedLaw:
@@ -107,7 +107,6 @@ class GuardedLaw:
 
 def where(error: Exception) -> str:
     """Return the file positions of `error`, the law's first, in one line."""
-    frames = [f for f in traceback.extract_tb(error.__traceback__) if f"{OWN}/guarded_law" not in f.filename]
-    frames = [f for f in frames if "flockwire/law.py" not in f.filename and "flockwire/own_law.py" not in f.filename]
+    frames = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.endswith(OURS)]
     places = [f"{frame.filename.rsplit('/', maxsplit=1)[-1]}:{frame.lineno}" for frame in frames[-MOST_FRAMES:]]
     return f" ({' > '.join(places)})" if places else ""

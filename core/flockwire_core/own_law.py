@@ -19,7 +19,6 @@ from flockwire_core.law import (
     Heard,
     Information,
     Law,
-    LawSettings,
     Observation,
     Place,
     Sense,
@@ -42,9 +41,7 @@ OFF_PLACE: Vector = (0.1, -0.2, 0.05)  # m, of a drone from its place in a dry s
 IN_FORMATION = "flies in formation"
 BESIDE: Vector = (0.6, 0.8, 0.0)  # m, from a drone to a nearby body in a dry step
 
-
-OUR_FRAMES = tuple(f"flockwire/{name}.py" for name in ("own_law", "law", "objects"))
-
+OUR_FRAMES = tuple(f"flockwire_core/{name}.py" for name in ("own_law", "law", "objects", "follower_law"))
 
 Checked = tuple[list[str], list[str], dict[str, float]]  # problems, notes, predicted rates, 1/s
 
@@ -66,11 +63,6 @@ def load_law(law: str) -> type[Law]:
     if not isinstance(found, type) or not callable(getattr(found, "step", None)):
         raise LawError("must be a class with a method step(observation)")
     return cast("type[Law]", found)
-
-
-def make_law(law: str, settings: LawSettings) -> Law:
-    """Return the law that `law_object` names, made from `settings`; raises LawError, and what its class raises."""
-    return load_law(law)(settings)
 
 
 def law_problems(swarm: Swarm) -> Iterator[Problem]:

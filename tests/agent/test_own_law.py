@@ -16,7 +16,7 @@ from flockwire_agent.gains import PaperGains
 from flockwire_core import law
 from flockwire_core.law import check_decision
 from flockwire_core.loading import SwarmFileError
-from flockwire_core.own_law import make_law
+from flockwire_core.own_law import load_law
 from flockwire_core.parameters import law_settings
 from flockwire_core.swarm.laws import BUILT_IN
 from flockwire_core.swarm.model import Swarm
@@ -226,7 +226,7 @@ def test_a_law_without_a_model_takes_no_parameters(make_swarm: Callable[..., Swa
 def test_parameters_reach_the_law(documented_law: str, make_swarm: Callable[..., Swarm]) -> None:
     given = {"control.law": documented_law, "control.parameters.gain": 5}
     for changes, gain in ((given, 5.0), ({"control.law": documented_law}, 2.0)):
-        law = make_law(documented_law, law_settings(make_swarm(changes), 1))
+        law = load_law(documented_law)(law_settings(make_swarm(changes), 1))
         assert vars(law)["gain"] == gain
 
 
@@ -309,6 +309,7 @@ def test_check_takes_dry_steps_of_a_law(
     assert len(errors.splitlines()) == 1
     raised = said.endswith(("AttributeError", "ZeroDivisionError", "by zero ("))
     assert ("mine.py:" in errors.partition(said)[2]) == raised
+    assert "/flockwire_core/law.py" not in errors
 
 
 @pytest.mark.parametrize("law", ["mine.py:Law", "mine:Law"])
