@@ -43,8 +43,8 @@ def test_a_circling_leader_is_followed(watch_swarm: Callable[..., Any]) -> None:
 @pytest.mark.parametrize(
     ("lag", "dead_time"),
     [
-        (1.0, 1.0),
         (1.2, 1.2),
+        pytest.param(1.0, 1.0, marks=pytest.mark.long),
         pytest.param(0.8, 0.8, marks=pytest.mark.long),
         pytest.param(1.2, 0.8, marks=pytest.mark.long),
         pytest.param(0.8, 1.2, marks=pytest.mark.long),
@@ -89,7 +89,9 @@ TELLO = {"airframes.kinematics": {"lag": 0.25, "dead_time": 0.1}, "limits.speed"
 
 
 @pytest.mark.parametrize("count", [2, *(pytest.param(count, marks=pytest.mark.long) for count in (3, 6))])
-@pytest.mark.parametrize("airframe", [{}, TELLO], ids=["ideal", "tello"])
+@pytest.mark.parametrize(
+    "airframe", [pytest.param({}, id="ideal", marks=pytest.mark.long), pytest.param(TELLO, id="tello")]
+)
 def test_drones_that_meet_head_on_pass(count: int, airframe: dict[str, Any], fly_flock: Callable[..., Any]) -> None:
     flown = fly_flock(*swap(count), {**WIDE, **airframe}, 15.0)
     assert flown.error < 0.05

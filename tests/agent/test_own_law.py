@@ -143,8 +143,8 @@ def test_a_law_that_fails_makes_its_drone_hold_and_report_why(fly_law: Callable[
     ("law", "rule"),
     [
         ("NotFinite", "holds a number that is not finite"),
-        ("TwoNumbers", "must be three numbers"),
-        ("Seconds", "the stamp must be an int, in ns"),
+        pytest.param("TwoNumbers", "must be three numbers", marks=pytest.mark.long),
+        pytest.param("Seconds", "the stamp must be an int, in ns", marks=pytest.mark.long),
     ],
 )
 def test_a_law_that_fails_on_the_ground_keeps_its_drone_there_and_reports_why(

@@ -119,6 +119,7 @@ def unguarded(swarm: Swarm, number: int) -> PilotParameters:
     return pilot_parameters(swarm, number)._replace(guard=None)
 
 
+@pytest.mark.long
 @pytest.mark.sources  # replaces compiled functions
 @pytest.mark.parametrize("name", CLAUSES)
 def test_without_the_clause_it_goes_wrong(
