@@ -18,11 +18,13 @@ def load_object(path: str) -> Any:  # noqa: ANN401  (whatever it names)
 
 
 def _of_file(file: Path) -> ModuleType:
-    """Return the module in `file`, imported once, by a name that hides no other module.
+    """Return the module in `file`, imported once, by a name that hides no other module; one of a package by its own.
 
     Its folder is searched last: what is installed cannot be replaced by a file there.
     """
     file = file.resolve()
+    if (file.parent / "__init__.py").is_file():
+        return _of_package(file)
     name = f"{file.stem}_{crc32(str(file).encode()):08x}"
     if name in sys.modules:
         return sys.modules[name]
@@ -37,4 +39,17 @@ def _of_file(file: Path) -> ModuleType:
     except BaseException:
         del sys.modules[name]
         raise
+    return module
+
+
+def _of_package(file: Path) -> ModuleType:
+    """Return the module in `file`, which is in a package: it may import others of the package."""
+    folder, names = file.parent, [file.stem]
+    while (folder / "__init__.py").is_file():
+        folder, names = folder.parent, [folder.name, *names]
+    if str(folder) not in sys.path:
+        sys.path.append(str(folder))
+    module = importlib.import_module(".".join(names))
+    if Path(module.__file__ or "").resolve() != file:
+        raise ImportError(f"another {module.__name__} hides {file}: {module.__file__}; rename the package")
     return module

@@ -9,10 +9,9 @@ from collections.abc import Iterator
 from hashlib import sha256
 from pathlib import Path
 
-from flockwire_core.swarm.laws import BUILT_IN, law_file
 from flockwire_core.wire.plan import Plan
 
-from flockwire_deploy.files import DeployError, template, write, write_keys, write_swarm
+from flockwire_deploy.files import DeployError, has_law, template, write, write_keys, write_swarm
 from flockwire_deploy.units import folders, target_name, units
 from flockwire_deploy.wheels import Wheels, read_wheels
 
@@ -22,7 +21,7 @@ SUMS = "SHA256SUMS"
 def write_bundles(plan: Plan, swarm_file: Path, keys: Path, out: Path, wheels: Path, playbook: bool) -> str:
     """Write a folder for each host, and what brings them there; returns the next step. Raises DeployError, OSError."""
     held, law, hosts = read_wheels(wheels), plan.swarm.control.law, tuple(plan.swarm.hosts)
-    if law_file(plan.swarm) is None and law not in BUILT_IN and not held.install(law.partition(":")[0]):
+    if not has_law(plan.swarm) and not held.install(law.partition(":")[0]):
         remedy = "build one into that folder, or put its file beside the swarm file"
         raise DeployError(f"control.law = {law!r}: no wheel in --wheels contains it; {remedy}")
     if idle := next((host for host in hosts if not plan.processes_on(host)), None):
@@ -49,7 +48,8 @@ def _remove_others(plan: Plan, out: Path) -> None:
 def _write_host(plan: Plan, host: str, folder: Path, swarm_file: Path, keys: Path, wheels: Wheels) -> None:
     for part in ("units", "swarm"):
         shutil.rmtree(folder / part, ignore_errors=True)
-    write_swarm(plan.swarm, swarm_file, folder / "swarm")
+    by_wheel = wheels.install(plan.swarm.control.law.partition(":")[0])
+    write_swarm(plan.swarm, swarm_file, folder / "swarm", law=not by_wheel)
     for name, text in units(plan, host).items():
         write(folder / "units" / name, text)
     write_keys(plan, keys, plan.processes_on(host), folder / "keys")

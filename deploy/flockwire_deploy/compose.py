@@ -13,7 +13,7 @@ from ipaddress import IPv4Network
 from pathlib import Path
 from typing import NamedTuple
 
-from flockwire_core.swarm.laws import BUILT_IN, law_file
+from flockwire_core.swarm.laws import BUILT_IN
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.command_line import FilePaths, arguments
 from flockwire_core.wire.plan import Plan
@@ -21,6 +21,7 @@ from flockwire_core.wire.processes import OPERATOR
 
 from flockwire_deploy.files import (
     DeployError,
+    has_law,
     refuse_keys_in_use,
     remove_other_keys,
     template,
@@ -113,7 +114,7 @@ def services(plan: Plan, within: IPv4Network | None = None) -> tuple[Service, ..
 def outside(swarm: Swarm) -> str:
     """Return a line about an input that containers on private networks cannot have; empty without one."""
     remedy = "deploy with --target systemd, or fly it with `flockwire up`"
-    if swarm.control.law not in BUILT_IN and law_file(swarm) is None:
+    if not has_law(swarm):
         which = f"control.law = {swarm.control.law!r}: the image has only {sorted(BUILT_IN)}"
         return f"{which}; put its file beside the swarm file, or {remedy}"
     if swarm.gateway.source != "simulated":

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import os
 import shutil
+import sys
 from collections.abc import Iterable, Iterator
+from importlib.util import find_spec
 from pathlib import Path, PurePosixPath
 
 from cryptography import x509
 from flockwire_core.security.credentials import common_name
 from flockwire_core.security.files import in_use
 from flockwire_core.security.pki import authority_name
-from flockwire_core.swarm.laws import law_file
+from flockwire_core.swarm.laws import BUILT_IN, law_file
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.plan import AUTHORITY, Plan
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
@@ -34,8 +36,8 @@ def template(name: str) -> Template:
     return pages.get_template(name)
 
 
-def write_swarm(swarm: Swarm, file: Path, folder: Path) -> None:
-    """Copy the swarm file, and the files that it names, into `folder`. Raises DeployError."""
+def write_swarm(swarm: Swarm, file: Path, folder: Path, law: bool = True) -> None:
+    """Copy the swarm file, the files that it names, and an own `law`, into `folder`. Raises DeployError."""
     named = dict(_named(swarm))
     for key, name in named.items():
         path = PurePosixPath(name)
@@ -44,6 +46,46 @@ def write_swarm(swarm: Swarm, file: Path, folder: Path) -> None:
     write(folder / SWARM_FILE, file.read_bytes())
     for name in named.values():
         write(folder / name, (file.parent / name).read_bytes())
+    for name, held in law_files(swarm).items() if law else ():
+        write(folder / name, held.read_bytes())
+
+
+def law_files(swarm: Swarm) -> dict[str, Path]:
+    """Return the files of an own law, by their paths from the swarm file's folder; none for one of flockwire.
+
+    A package travels as a whole, from that folder or from where it is installed; a file with what it imports there.
+    """
+    module, file = swarm.control.law.rpartition(":")[0], law_file(swarm)
+    if swarm.control.law in BUILT_IN or module.startswith("flockwire"):
+        return {}
+    if file is None:
+        return _installed(module.partition(".")[0])
+    file, folder = file.resolve(), Path(swarm.folder).resolve()
+    if (file.parent / "__init__.py").is_file() and file.is_relative_to(folder):
+        return _below(folder / file.relative_to(folder).parts[0], folder)
+    beside = (Path(one).resolve() for each in [*sys.modules.values()] if (one := getattr(each, "__file__", None)))
+    own = [path for path in beside if path.is_relative_to(folder) and "site-packages" not in path.parts]
+    return {path.relative_to(folder).as_posix(): path for path in own}
+
+
+def has_law(swarm: Swarm) -> bool:
+    """Return whether the law is one of flockwire, or its files can be copied."""
+    law = swarm.control.law
+    return law in BUILT_IN or law.startswith("flockwire") or bool(law_files(swarm))
+
+
+def _installed(name: str) -> dict[str, Path]:
+    """Return the files of the installed package or module `name`, none if it is not installed as files."""
+    spec = find_spec(name)
+    origin = Path(spec.origin) if spec is not None and spec.origin is not None else None
+    if origin is None or not origin.is_file():
+        return {}
+    return _below(origin.parent, origin.parent.parent) if origin.stem == "__init__" else {origin.name: origin}
+
+
+def _below(package: Path, folder: Path) -> dict[str, Path]:
+    files = (path for path in sorted(package.rglob("*")) if path.is_file() and "__pycache__" not in path.parts)
+    return {path.relative_to(folder).as_posix(): path for path in files}
 
 
 def write_keys(plan: Plan, keys: Path, identities: Iterable[str], folder: Path, owner: Owner | None = None) -> None:

@@ -101,16 +101,73 @@ def test_a_trace_that_is_replayed_goes_along_and_is_found_there(flockwire, swarm
     assert lines(unit, "WorkingDirectory") == ["/etc/flockwire/flock/swarm"]
 
 
-def test_a_law_of_your_own_is_installed_from_a_wheel_or_refused(
+def test_an_installed_law_travels_by_its_wheel_or_is_copied(
     flockwire, swarm_file, swarm_table, wheels, tmp_path, documented_law
 ):
     swarm_file.write_text(tomli_w.dumps(swarm_table({**HOSTS, "control.law": documented_law})))
     line = ["deploy", swarm_file, "--target", "systemd", "--wheels", wheels, "--out", tmp_path / "out"]
-    assert f"control.law = '{documented_law}': no wheel in --wheels contains it" in refused(flockwire(*line))
+    assert flockwire(*line).returncode == 0
+    copied = tmp_path / "out" / "pi1" / "swarm" / "my_law.py"
+    assert copied.read_text() == (tmp_path / "installed" / "my_law.py").read_text()
     with zipfile.ZipFile(wheels / "my_law-1.0-py3-none-any.whl", "w") as wheel:
         wheel.write(tmp_path / "installed" / "my_law.py", "my_law.py")
     assert flockwire(*line).returncode == 0
     assert "my-law==1.0" in (tmp_path / "out" / "pi1" / "requirements.txt").read_text()
+    assert not copied.exists()
+
+
+PACKAGE = """from pathlib import Path
+
+from flockwire.law import Decision, Information
+
+from .gains import GAIN
+
+LEARNED = Path(__file__).with_name("weights.txt").read_text()
+
+
+class Still:
+    information = Information(leaders=(0, 1))
+
+    def __init__(self, settings):
+        self.gain = GAIN
+
+    def step(self, observation):
+        return Decision()
+"""
+
+
+@pytest.mark.parametrize("target", ["systemd", "compose"])
+def test_a_package_beside_the_swarm_file_travels_with_its_data(
+    flockwire, swarm_file, swarm_table, wheels, tmp_path, target
+):
+    package = swarm_file.parent / f"swallows_{target}"
+    package.mkdir()
+    for name, text in {"__init__": "", "gains": "GAIN = 2.0\n", "law": PACKAGE}.items():
+        (package / f"{name}.py").write_text(text)
+    (package / "weights.txt").write_text("0.5")
+    hosts = HOSTS if target == "systemd" else {}
+    swarm_file.write_text(tomli_w.dumps(swarm_table({**hosts, "control.law": f"{package.name}.law:Still"})))
+    out = tmp_path / "out"
+    done = flockwire("deploy", swarm_file, "--target", target, "--wheels", wheels, "--out", out)
+    assert done.returncode == 0, done.stderr
+    there = out / "pi1" / "swarm" if target == "systemd" else out / "swarm"
+    names = {path.relative_to(there).as_posix() for path in there.rglob("*") if path.is_file()}
+    assert {f"{package.name}/{name}" for name in ("__init__.py", "gains.py", "law.py", "weights.txt")} < names
+    assert not [name for name in names if "__pycache__" in name]
+
+
+def test_a_file_travels_with_what_it_imports(flockwire, swarm_file, swarm_table, wheels, tmp_path):
+    text = PACKAGE.replace("from .gains", "from gains_beside").replace(
+        'Path(__file__).with_name("weights.txt").read_text()', '""'
+    )
+    (swarm_file.parent / "still.py").write_text(text)
+    (swarm_file.parent / "gains_beside.py").write_text("GAIN = 2.0\n")
+    (swarm_file.parent / "other.py").write_text("")
+    swarm_file.write_text(tomli_w.dumps(swarm_table({**HOSTS, "control.law": "still.py:Still"})))
+    line = ["deploy", swarm_file, "--target", "systemd", "--wheels", wheels, "--out", tmp_path / "out"]
+    assert flockwire(*line).returncode == 0
+    there = tmp_path / "out" / "pi1" / "swarm"
+    assert {path.name for path in there.glob("*.py")} == {"still.py", "gains_beside.py"}
 
 
 def test_a_law_beside_the_swarm_file_travels_with_it(

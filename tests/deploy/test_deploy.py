@@ -7,7 +7,6 @@ import pytest
 import tomli_w
 from command_line import refused
 from flockwire_core.security.files import default_folder, hold
-from flockwire_core.swarm.laws import BUILT_IN
 from flockwire_deploy import compose
 
 ALONE = {"graph.edges": [[0, 1]], "drones": [{"id": i, "start": [3.0 * i, 0.0, 0.0]} for i in range(2)]}
@@ -146,10 +145,11 @@ def test_what_containers_cannot_reach_is_refused(flockwire, write_swarm, tmp_pat
     assert "--target systemd" in line
 
 
-def test_a_law_of_your_own_which_the_image_lacks_is_refused(flockwire, write_swarm, tmp_path, documented_law):
-    line = refused(flockwire("deploy", write_swarm({"control.law": documented_law}), "--out", tmp_path / "out"))
-    assert f"control.law = '{documented_law}': the image has only {sorted(BUILT_IN)}" in line
-    assert "--target systemd" in line
+def test_an_installed_law_which_the_image_lacks_is_copied(flockwire, write_swarm, tmp_path, documented_law):
+    done = flockwire("deploy", write_swarm({"control.law": documented_law}), "--out", tmp_path / "out")
+    assert done.returncode == 0
+    copied = tmp_path / "out" / "swarm" / "my_law.py"
+    assert copied.read_text() == (tmp_path / "installed" / "my_law.py").read_text()
 
 
 def test_an_engine_problem_is_one_line_with_the_remedy(monkeypatch):
