@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -40,11 +39,9 @@ class Row(NamedTuple):
 ROWS = (
     Row("extended", {"control.law": "extended"}),
     Row("paper", {"control.law": "paper"}),
-    Row(
-        "paper, sliding mode observer", {"control.law": "law_sliding_mode:SlidingMode", "control.safety_filter": False}
-    ),
+    Row("sliding mode observer", {"control.law": "sliding_mode"}),
     Row("linear consensus", {"control.law": "consensus", "control.parameters": {"gain": 3.0}}),
-    Row("ORCA", {"control.law": "law_orca:Orca"}),
+    Row("ORCA", {"control.law": "orca"}),
 )
 HEADS = ("law", "flights", "success", "drones, m", "obstacles, m", "formation, mm", "observation, mm", "settled, s")
 
@@ -56,8 +53,7 @@ def fly(row: Row, swarm: Path, flights: int, jobs: int, out: Path) -> dict[str, 
     study.write_text(tomli_w.dumps({**STUDY, "grid": {key: [value] for key, value in row.keys.items()}}))
     line = [sys.executable, "-m", "flockwire_operator", "study", str(swarm), str(study), "--runs", str(flights)]
     line += ["--jobs", str(jobs), "--out", str(out / "study")]
-    paths = os.pathsep.join([str(BENCH), *filter(None, [os.environ.get("PYTHONPATH")])])
-    done = subprocess.run(line, check=False, stdout=subprocess.DEVNULL, env={**os.environ, "PYTHONPATH": paths})
+    done = subprocess.run(line, check=False, stdout=subprocess.DEVNULL)
     if done.returncode not in (0, 1):
         raise SystemExit(done.returncode)
     (point,) = json.loads((out / "study" / "study.json").read_text())["points"]

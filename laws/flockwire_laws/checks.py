@@ -134,6 +134,11 @@ def barrier(law: Law, graph: Graph, places: Places, parameters: Given) -> Checke
     return _short(law, g.distance + ((4 * g.alpha / g.gamma) ** (1 / 3) + 2 * g.speed) ** 2 / (4 * g.alpha)), [], {}
 
 
+def relayed(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:
+    """Check for a path from the leader to each follower; errors from what is known of it fall at the rate k."""
+    return spectrum.tree(graph), [], {"slowest": law.Parameters.of(parameters).gain}
+
+
 def _short(law: Law, needed: float) -> list[str]:
     radius = law.information.radius
     return [SHORT.format(needed, radius)] if needed > radius + 1e-9 else []

@@ -2,19 +2,32 @@
 
 from dataclasses import dataclass, field
 from functools import cache
-from math import dist, exp, hypot
+from math import dist, exp, hypot, inf
 
 import numpy as np
+from flockwire_core.control.fence import Room
+from flockwire_core.control.guard import GuardParameters
 from flockwire_core.control.key_frames import KeyFrames
+from flockwire_core.domain.body import Body, BodyKind, Separation
 from flockwire_core.law import SECOND, Heard, LawSettings, LeaderMotion, Observation, Output, Place, Seen, Sense
 
+ROOM = Room((-99.0, -99.0, -99.0), (99.0, 99.0, 99.0))
 START = 1_790_000_000 * SECOND
 
 
 def settings(number=1, dt=0.01, lag=0.0, **parameters):
     """Return the settings of a law, without those of the built-in ones."""
     others = dict.fromkeys(LawSettings._fields)
-    own = {"number": number, "period": dt, "lag": lag, "dead_time": 0.0, "speed": 9.0, "acceleration": 9.0}
+    guard = GuardParameters(Separation(0.4, 0.3), ROOM, 0.0, 9.0, 9.0, 9.0, 5.0, lag, dt, inf)
+    own = {
+        "guard": guard,
+        "number": number,
+        "period": dt,
+        "lag": lag,
+        "dead_time": 0.0,
+        "speed": 9.0,
+        "acceleration": 9.0,
+    }
     return LawSettings(**{**others, **own, "parameters": parameters})
 
 
@@ -95,11 +108,13 @@ class Flight:
             return sight(sense, j if weight else -1, weight, j in self.leaders, *relative)
 
         neighbours = [see(info.neighbours, j, w) for j, w in self.inward[i].items()] if info.neighbours else ()
+        drones = [j for j in motion if j != i] if info.around else ()
+        bodies = [Body(BodyKind.DRONE, tuple(np.subtract(motion[j][0], p).tolist()), 0.0, motion[j][1]) for j in drones]
         near = [j for j in self.p if j != i and dist(motion[j][0], p) < info.radius] if info.around else ()
         return Observation(
             t=self.t, dt=self.dt, stamp=self.now, now=self.now,
             position=p if shown(info.own)[2] else None, velocity=v if shown(info.own)[3] else None,
-            neighbours=neighbours, around=[see(info.around, j, 0.0) for j in near],
+            neighbours=neighbours, around=[see(info.around, j, 0.0) for j in near], bodies=bodies,
             heard=list(self.heard[i].values()), news=self.news[i], place=self.sites[i], plan=self.plans[i][2],
         )  # fmt: skip
 
@@ -154,7 +169,9 @@ class Flight:
     def _lead(self):
         self.led = {j: LeaderMotion(*(tuple(map(float, x)) for x in path(self.t))) for j, path in self.leaders.items()}
         for j, motion in self.led.items():
-            if hasattr(self.law, "lead"):
+            if self.law.information.message is LeaderMotion:  # its pose is its estimate
+                self._send(j, LeaderMotion(motion.position), self.now)
+            elif hasattr(self.law, "lead"):
                 self._send(j, self.law.lead(self.t, motion), self.now)
 
     def _plan(self, i, observation):

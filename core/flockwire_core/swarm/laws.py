@@ -21,6 +21,8 @@ BUILT_IN = {
     "event_triggered": "flockwire_laws.event_triggered:EventTriggered",
     "barrier": "flockwire_laws.barrier:Barrier",
     "dmpc": "flockwire_laws.dmpc:Dmpc",
+    "orca": "flockwire_laws.orca:Orca",
+    "sliding_mode": "flockwire_laws.sliding_mode:SlidingMode",
 }
 
 
