@@ -11,7 +11,7 @@ HEAD = """# Gallery of laws
 
 <!-- made by scripts/document from the laws and their examples, the pictures by scripts/gallery; change those -->
 
-Twelve laws of the literature, each with the flight of its example: paths from above in m, from the start (a dot) to the
+Laws of the literature, each with the flight of its example: paths from above in m, from the start (a dot) to the
 end (a triangle), the graph at the end in grey, leaders in black. `law = "consensus"` flies one by name; `flockwire
 check` prints what its theorem predicts. [Compare them](study.md#compare-laws), or write [your own](own_law.md).
 """
