@@ -84,10 +84,6 @@ def law_problems(swarm: Swarm) -> Iterator[Problem]:
         yield Problem("control.law", str(error))
         return
     yield from (Problem("control.law", rule) for rule in _contradictions(declared, swarm))
-    mute = [i for i in swarm.leaders if hasattr(law, "lead") and declared.message is not None and i not in swarm.flying]
-    if mute:
-        rule = f"its leaders send messages, but {uav(mute[0])} does not fly: give it the kind 'trajectory'"
-        yield Problem("control.law", rule)
     for place, edge in enumerate(swarm.graph.edges if not declared.signed else ()):
         if edge[2] < 0.0:
             rule = f"control.law = {swarm.control.law!r} takes weights above 0 only"

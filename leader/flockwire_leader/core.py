@@ -23,7 +23,7 @@ from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import Report
 
 from flockwire_leader.course import Course
-from flockwire_leader.lead_messages import LeadMessages
+from flockwire_leader.lead_messages import FlownMotion, LeadMessages
 from flockwire_leader.teleoperation import Teleoperation
 
 GROUNDED: Mapping[str, str] = {  # the leaders without an airframe of their own, by kind: "module:class"
@@ -47,6 +47,7 @@ class FlyingLeader:
         self._leads_stopping = pilot.guard is not None and (ahead > 0.0 or pilot.disturbance > 0.0)
         self._teleoperation = Teleoperation(swarm, number) if swarm.leading[number].steered else None
         self._lead, self._sign = LeadMessages(swarm, number, now), LeaderSign(swarm, number)
+        self._motion = FlownMotion(airframe.lag)
         self._flown: Mission | None = None  # the order of the course
 
     def receive(self, key: Key, message: Message, now: int) -> None:
@@ -69,8 +70,8 @@ class FlyingLeader:
         wanted = self._wanted(was, now) if phase is Phase.FORMATION else ZERO
         messages = [*pilot.command(wanted, now), *self._sign.messages(phase in LEADING_PHASES, now)]
         mission = pilot.flight.mission
-        t = (now - mission.start) / SECOND if phase is Phase.FORMATION and mission is not None else 0.0
-        return [*messages, *self._lead.messages(t, pilot.motion, pilot.sent, pilot.dt, now)]
+        flown = self._motion.update(pilot.motion, pilot.sent, pilot.dt)
+        return [*messages, *self._lead.messages(mission if phase is Phase.FORMATION else None, flown, now)]
 
     def retire(self, now: int) -> None:
         """Hold, then land, because the process must end."""
@@ -117,4 +118,4 @@ def make_core(start: Start) -> Core:
     grounded = GROUNDED.get(swarm.leading[number].kind)
     if grounded is None:
         return FlyingLeader(swarm, number, start.now)
-    return cast("Core", load_object(grounded)(swarm, number))
+    return cast("Core", load_object(grounded)(swarm, number, start.now))

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import logging
+from typing import Final
 
+from flockwire_core.control.tracker import AccelerationTracker
 from flockwire_core.domain.motion import LeaderMotion, Motion
+from flockwire_core.domain.order import Mission
+from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, scale, subtract
 from flockwire_core.objects import load_object
 from flockwire_core.pilot.law_messages import LawSender
@@ -16,35 +20,63 @@ from flockwire_core.wire.keys import Key
 from flockwire_core.wire.law_form import law_form
 from flockwire_core.wire.status import LAW_FAILED, Reason
 
+WATCHED: Final = 0.05  # s, of the tracker of a leader without commands
+
 
 class LeadMessages:
     """Sends what the law has leader `number` send, if anything; its process was started at `born` (Unix ns)."""
 
     def __init__(self, swarm: Swarm, number: int, born: int) -> None:
         declared, name = information_of(swarm), uav(number)
-        self._name, self._key, self._lag = name, Key("law", name), swarm.airframe(number).lag
+        self._name, self._key = name, Key("law", name)
         self._form = law_form(declared) if number in speakers(swarm) else None
         self._lead = load_object(law_object(swarm)).lead if self._form is not None else None
         self._sender = LawSender(self._form, declared.pace, swarm.frame, born) if self._form is not None else None
-        self._sent: Vector = ZERO  # m/s, the command before
         self.failure: Reason | None = None  # the error of `lead`
 
-    def messages(self, t: float, motion: Motion | None, sent: Vector, dt: float, now: int) -> list[tuple[Key, Message]]:
-        """Return what to publish at `now` (Unix ns), `t` s after time 0; `sent` (m/s) is the command of this step.
-
-        The acceleration is that of the airframe's model, (u − v) / lag; without lag the command's.
-        """
+    def messages(self, mission: Mission | None, motion: LeaderMotion | None, now: int) -> list[tuple[Key, Message]]:
+        """Return what to publish at `now` (Unix ns) of its `motion` by the order in force."""
         if self._sender is None or self._form is None or self._lead is None or self.failure is not None:
             return []
         data = None
         if motion is not None:
-            change, time = (motion.velocity, self._lag) if self._lag > 0.0 else (self._sent, dt)
-            acceleration = scale(subtract(sent, change), 1.0 / time) if time > 0.0 else ZERO
+            t = (now - mission.start) / SECOND if mission is not None and mission.in_formation else 0.0
             try:
-                data = self._form.pack(self._lead(t, LeaderMotion(motion.position, motion.velocity, acceleration)))
+                data = self._form.pack(self._lead(t, motion))
             except Exception as error:  # the law may be a user's
                 self.failure = Reason(LAW_FAILED, f"the law failed to lead: {type(error).__name__}: {error}")
                 logging.getLogger(self._name).exception(self.failure.text)
-        self._sent = sent
         message = self._sender.send(data, now)
         return [(self._key, message)] if message is not None else []
+
+
+class FlownMotion:
+    """The motion of a leader that flies with an airframe of `lag` s, by its commands."""
+
+    def __init__(self, lag: float) -> None:
+        self._lag, self._sent = lag, ZERO  # s; m/s, the command before
+
+    def update(self, motion: Motion | None, sent: Vector, dt: float) -> LeaderMotion | None:
+        """Return the motion after the command `sent`, m/s; the acceleration is (u − v) / lag, without lag u's own."""
+        before, self._sent = self._sent, sent
+        if motion is None:
+            return None
+        change, time = (motion.velocity, self._lag) if self._lag > 0.0 else (before, dt)
+        acceleration = scale(subtract(sent, change), 1.0 / time) if time > 0.0 else ZERO
+        return LeaderMotion(motion.position, motion.velocity, acceleration)
+
+
+class WatchedMotion:
+    """The motion of a leader that is a point or a body, by its positions."""
+
+    def __init__(self) -> None:
+        self._tracker: AccelerationTracker | None = None
+        self._began = 0  # Unix ns
+
+    def update(self, position: Vector, stamp: int) -> LeaderMotion:
+        """Return the motion after the `position` (m) at `stamp` (Unix ns)."""
+        if self._tracker is None:
+            self._tracker, self._began = AccelerationTracker(WATCHED, position, 0.0), stamp
+        tracker = self._tracker
+        tracker.update(position, (stamp - self._began) / SECOND)
+        return LeaderMotion(position, tracker.velocity, tracker.acceleration)

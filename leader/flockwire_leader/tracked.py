@@ -15,17 +15,23 @@ from flockwire_core.wire.keys import MISSION, Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import Report
 
+from flockwire_leader.lead_messages import LeadMessages, WatchedMotion
+
 
 class TrackedLeader(Ground):
     """Reports whether the tracker sees the body; the gateway publishes its pose to the followers."""
 
-    def __init__(self, swarm: Swarm, number: int) -> None:
+    def __init__(self, swarm: Swarm, number: int, now: int) -> None:
         super().__init__()
         self.period, self._body = 1.0 / swarm.control.rate_hz, swarm.body(number)
         self._limit = swarm.limits.staleness.pose_zero  # s
         self._pose_key = Key("pose", uav(number))
         self._pose: Pose | None = None
-        self._sign = LeaderSign(swarm, number)
+        self._lead, self._sign, self._motion = (
+            LeadMessages(swarm, number, now),
+            LeaderSign(swarm, number),
+            WatchedMotion(),
+        )
         self._orders = Orders()
         self.prompt = frozenset({MISSION})
 
@@ -40,7 +46,10 @@ class TrackedLeader(Ground):
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Publish that it leads, while the tracker sees the body."""
         pose = self._pose
-        return self._sign.messages(pose is not None and age(pose.stamp, now) <= self._limit, now)
+        if pose is None or age(pose.stamp, now) > self._limit:
+            return []
+        led = self._lead.messages(self._orders.mission, self._motion.update(pose.position, pose.stamp), now)
+        return [*self._sign.messages(True, now), *led]
 
     def report(self, now: int) -> Report:
         """Return the leader's status."""

@@ -13,15 +13,21 @@ from flockwire_core.wire.keys import MISSION, Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import Report
 
+from flockwire_leader.lead_messages import LeadMessages, WatchedMotion
+
 
 class VirtualLeader(Ground):
     """A point that moves along the trajectory after a start order, and rests after any other."""
 
-    def __init__(self, swarm: Swarm, number: int) -> None:
+    def __init__(self, swarm: Swarm, number: int, now: int) -> None:
         super().__init__()
         self.prompt = frozenset({MISSION})
         self._frame, self.period = swarm.frame, 1.0 / swarm.control.rate_hz
-        self._sign = LeaderSign(swarm, number)
+        self._lead, self._sign, self._motion = (
+            LeadMessages(swarm, number, now),
+            LeaderSign(swarm, number),
+            WatchedMotion(),
+        )
         self._pose_key, leader = Key("pose", uav(number)), swarm.leading[number]
         self._point = MovingPoint(leader.trajectory.build(), leader.start)
 
@@ -32,8 +38,9 @@ class VirtualLeader(Ground):
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Publish the point's position at `now`."""
-        pose = Pose(now, self._frame, self._point.advance(now))
-        return [(self._pose_key, pose), *self._sign.messages(True, now)]
+        position = self._point.advance(now)
+        led = self._lead.messages(self._point.orders.mission, self._motion.update(position, now), now)
+        return [(self._pose_key, Pose(now, self._frame, position)), *self._sign.messages(True, now), *led]
 
     def report(self, now: int) -> Report:
         """Return the leader's status."""

@@ -319,6 +319,29 @@ def test_a_leader_sends_what_the_law_has_it_send(fly_law: Callable[..., Any]) ->
     assert not any(h.leads for n, o in Led.seen if n == 3 for h in o.heard)  # it has no edge from the leader
 
 
+class LedByMotion(Bearings):
+    """Hears the motion of a leader without commands, and sees nobody."""
+
+    information = Information(message=Word, leaders=(1, 1))
+    lead = Led.lead
+
+
+@pytest.mark.parametrize("kind", ["virtual", "tracked"])
+def test_a_leader_without_commands_sends_its_motion(kind: str, fly_law: Callable[..., Any]) -> None:
+    circle = {"kind": "circle", "radius": 1.0, "rate": 0.3}
+    changes = {"leader": {"kind": kind, "trajectory": circle}, "formation.rate": 0.0}
+    changes |= (
+        {"drones.0": None} if kind == "virtual" else {"drones.0": {"id": 0, "body": "wand", "start": [0.0, 0.0, 1.2]}}
+    )
+    fly_law(LedByMotion, changes, duration=7.0)
+    heard = [h for n, o in LedByMotion.seen if n == 1 and o.place is not None and o.t > 1.0 for h in o.heard if h.leads]
+    assert len(heard) > 50
+    (x, y, _), velocity = heard[-1].content.place, heard[-1].content.parts
+    angle = 0.3 * heard[-1].content.round / 1000
+    assert abs(velocity[0][0]) == pytest.approx(0.3 * abs(np.cos(angle)), abs=0.03)
+    assert 0.0 < hypot(x, y) < 3.0
+
+
 def test_a_foreign_reader_reads_the_fields_of_the_laws_messages(
     make_swarm: Callable[..., Swarm], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -12,7 +12,7 @@ TRACKED = {"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2], "drones.
 @pytest.fixture
 def leader(make_swarm):
     """Return a tracked leader that nothing has reached yet."""
-    return TrackedLeader(make_swarm(TRACKED), 0)
+    return TrackedLeader(make_swarm(TRACKED), 0, BEGAN)
 
 
 def test_it_is_tracked_while_its_pose_comes_and_reports_since_when_it_is_lost(leader):

@@ -21,7 +21,7 @@ def place(leader, now):
 
 
 def test_a_virtual_leader_rests_at_its_start_until_the_mission_starts(make_swarm):
-    leader = VirtualLeader(make_swarm(VIRTUAL), 0)
+    leader = VirtualLeader(make_swarm(VIRTUAL), 0, BEGAN)
     assert place(leader, BEGAN) == (1.0, 2.0, 1.5)
     leader.receive(MISSION, Mission(BEGAN, "world", "start", BEGAN + SECOND, number=1), BEGAN)
     assert place(leader, BEGAN + SECOND) == (1.0, 2.0, 1.5)
@@ -33,7 +33,7 @@ def test_a_virtual_leader_rests_at_its_start_until_the_mission_starts(make_swarm
 
 @pytest.mark.parametrize("order", [("hold", 0), ("land", 0), ("start", 40 * SECOND + SECOND // 2)])
 def test_a_virtual_leader_never_jumps(make_swarm, order):
-    leader = VirtualLeader(make_swarm(VIRTUAL), 0)
+    leader = VirtualLeader(make_swarm(VIRTUAL), 0, BEGAN)
     leader.receive(MISSION, Mission(BEGAN, "world", "start", BEGAN, number=1), BEGAN)
     verb, start = order
     now, before = BEGAN + 40 * SECOND, place(leader, BEGAN + 40 * SECOND)

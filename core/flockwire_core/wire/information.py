@@ -59,11 +59,11 @@ def relays(swarm: Swarm) -> bool:
 
 
 def speakers(swarm: Swarm) -> tuple[int, ...]:
-    """Return who sends the law's own messages: the followers, and flying leaders by its `lead`; nobody without any."""
+    """Return who sends the law's own messages: the followers, and leaders by its `lead`; nobody without any."""
     if information_of(swarm).message in (None, LeaderMotion):
         return ()
     lead = hasattr(load_object(law_object(swarm)), "lead")
-    return (*swarm.followers, *(i for i in swarm.leaders if lead and i in swarm.flying))
+    return (*swarm.followers, *(i for i in swarm.leaders if lead))
 
 
 def accelerates(swarm: Swarm, number: int) -> bool:
