@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 from flockwire_core.wire.status import Status
 from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
 
-from flockwire_analysis.graph_picture import graph_picture
 from flockwire_analysis.key_figures import FILTER_JUDGED, Summary
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.recorded import ProcessRecord, Trace, is_virtual
@@ -71,7 +70,6 @@ def page(trace: Trace, summary: Summary, pictures: Sequence[Picture], probe: dic
         phases=_phases(summary),
         missing=summary.missing,
         pictures=pictures,
-        graph=graph_picture(trace.swarm.topology),
         latency=[
             (hop.replace("_to_", " → "), number(delay.p50, "ms"), number(delay.p99, "ms"))
             for hop, delay in summary.latency_ms.items()

@@ -15,6 +15,7 @@ from flockwire_analysis.figures.comparison import compare
 from flockwire_analysis.figures.distances import between_drones, to_obstacles
 from flockwire_analysis.figures.drawing import NAME_ROWS, STYLE, Canvas, rows_of
 from flockwire_analysis.figures.errors import observation
+from flockwire_analysis.figures.graph import graph
 from flockwire_analysis.figures.legends import line
 from flockwire_analysis.figures.trajectories import trajectories
 from flockwire_analysis.reading import read_trace
@@ -57,6 +58,16 @@ def drawn(canvas, monkeypatch):
     figures = []
     monkeypatch.setattr(canvas, "save", lambda figure, name: figures.append(figure) or Path(name))
     return figures
+
+
+def test_the_graph_shows_every_drone_and_edge(canvas, drawn):
+    graph(canvas)
+    (axes,) = drawn[0].axes
+    swarm = canvas.trace.swarm
+    assert [text.get_text() for text in axes.texts if text.get_text()] == [str(i) for i in (0, *swarm.followers)]
+    assert sum(text.arrow_patch is not None for text in axes.texts if hasattr(text, "arrow_patch")) == len(
+        swarm.topology.edges
+    )
 
 
 def test_errors_below_the_axis_are_not_drawn_on_its_edge(canvas, drawn, monkeypatch):

@@ -8,13 +8,11 @@ from dataclasses import replace
 
 import pytest
 from flockwire_analysis.figures.drawing import Picture
-from flockwire_analysis.graph_picture import graph_picture
 from flockwire_analysis.key_figures import Check
 from flockwire_analysis.latency import Percentiles
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.report import page, render, write_report
 from flockwire_analysis.summary import summarise
-from flockwire_core.control.graph import Graph
 from flockwire_core.domain.order import Stop
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import Report
@@ -36,6 +34,7 @@ def test_every_figure_is_drawn(report):
     assert set(names) == {
         "trajectories.png", "formation_error.png", "observation_error.png", "convergence.png", "positions.png",
         "estimates.png", "velocities.png", "commands.png", "distances.png", "obstacle_distances.png", "latency.png",
+        "graph.png",
     }  # fmt: skip
     assert set(names.values()) == {b"\x89PNG\r\n\x1a\n"}
 
@@ -70,7 +69,7 @@ def test_the_page_needs_nothing_else(report):
     page = (out / "report.html").read_text()
     read = Page(page)
     images = read.attributes["img", "src"]
-    assert len(images) == 11
+    assert len(images) == 12
     assert all(source.startswith("data:image/png;base64,") for source in images)
     assert "://" not in page
     assert "prefers-color-scheme: dark" in page
@@ -92,14 +91,6 @@ def test_a_trace_without_a_mission_says_what_it_lacks(fly, tmp_path):
     assert not (tmp_path / "out" / "formation_error.png").exists()
 
 
-def test_the_graph_shows_every_drone_and_edge():
-    graph = Graph((1, 2, 3), ((0, 1, 1.0), (1, 2, 0.5), (2, 3, 1.0), (3, 1, 1.0)))
-    svg = render("flockwire_analysis", "graph.svg", graph=graph_picture(graph))
-    assert svg.count("<circle") == 4
-    assert svg.count('marker-end="url(#tip)"') == 4
-    assert Page(svg).text.split() == ["0.5", "0", "1", "2", "3"]
-
-
 def test_matplotlib_is_only_imported_to_draw():
     code = "import sys, flockwire_analysis.report, flockwire_recorder.recover; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
@@ -117,7 +108,7 @@ def test_an_empty_trace_and_a_virtual_leader(tmp_path, swarm_of):
         "landed", "control rate",
     ]  # fmt: skip
     assert "No status of uav1 was recorded." in summary.missing
-    assert list(tmp_path.glob("*.png")) == []
+    assert list(tmp_path.glob("*.png")) == [tmp_path / "graph.png"]
     Page((tmp_path / "report.html").read_text())
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from flockwire_analysis.graph_picture import graph_picture
+from flockwire_analysis.figures.graph import columns
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.summary import summarise
 from flockwire_core.wire.plan import Plan
@@ -52,7 +52,7 @@ def test_without_a_leader_all_agree_on_a_place_and_keep_its_height(fly_led: Call
     tail = summary.formation_error_m.max_tail
     assert tail is not None
     assert tail < 0.01  # by the law's own measure
-    assert len(graph_picture(trace.swarm.topology).nodes) == 3
+    assert len(columns(trace.swarm.topology)) == 3
 
 
 @pytest.mark.long

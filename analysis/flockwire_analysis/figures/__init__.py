@@ -9,6 +9,7 @@ from matplotlib import rc_context
 
 from flockwire_analysis.figures import distances, errors, motion
 from flockwire_analysis.figures.drawing import STYLE, Canvas, Picture
+from flockwire_analysis.figures.graph import graph
 from flockwire_analysis.figures.latency import latency
 from flockwire_analysis.figures.signals import signals
 from flockwire_analysis.figures.trajectories import trajectories
@@ -27,6 +28,7 @@ FIGURES: tuple[Callable[[Canvas], Picture | None], ...] = (
     distances.to_obstacles,
     latency,
     signals,
+    graph,
 )
 
 
