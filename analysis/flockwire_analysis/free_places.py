@@ -4,7 +4,7 @@ A place x_0 + h_i is taken while it is within the influence radius of an obstacl
 is off its own place for this reason. With s, the distance that it lies inside that radius, and v, by how much the speed
 limit exceeds the speed of the place, the follower may be away from
 
-    pi/2 s / v before    to    pi/2 s / v + SETTLING after:
+    pi/2 s / v before    to    pi/2 s / v + 3 s after:
 
 the way out and back, round a body at most, and the time in which a law converges. Nothing of it depends on what the
 follower itself does.
@@ -24,8 +24,6 @@ from flockwire_analysis.recorded import Trace
 from flockwire_analysis.separation import nearest_surface, own_places
 from flockwire_analysis.series import Booleans, Floats, Integers
 from flockwire_analysis.tracking import SETTLED_BELOW, Errors, interpolated
-
-SETTLING = 3 * SECOND  # ns
 
 
 def undisturbed(trace: Trace, errors: dict[int, Errors]) -> dict[int, Errors]:
@@ -79,11 +77,12 @@ def taken_places(
 
 def _around(limit: float, times: Integers, place: Floats, inside: Floats) -> Booleans:
     """Return when a place is not free: while it is inside, and for the ways before and after it."""
+    settling = 3 * SECOND  # ns
     slowest = 0.1  # share of the speed limit that v is at least
     moves = np.gradient(place, (times - times[0]) / SECOND, axis=0) if len(times) > 1 else np.zeros((1, 3))
     speed = np.nan_to_num(np.sqrt(np.sum(moves**2, axis=1)))
     ways = pi / 2 * np.maximum(inside, 0.0) / np.maximum(limit - speed, slowest * limit) * SECOND
-    last = np.maximum.accumulate(np.where(inside > 0.0, times + ways + SETTLING, -np.inf))
+    last = np.maximum.accumulate(np.where(inside > 0.0, times + ways + settling, -np.inf))
     first = np.minimum.accumulate(np.where(inside > 0.0, times - ways, np.inf)[::-1])[::-1]
     return np.asarray((times <= last) | (times >= first))
 

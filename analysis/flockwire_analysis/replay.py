@@ -28,7 +28,6 @@ from flockwire_analysis.view import FOLDER, filled, outline, scripts, style
 
 MOST = 1_200_000  # numbers in a page, about six characters each
 MOST_SENSED = MOST // 4  # of these, of moving bodies
-MOST_OF_SIGNAL = 2000  # samples
 SILENT = "silent"
 PHASE, RUNG = "phase", "rung"  # kinds of marks: a drone's phase changed, by an order or by the staleness ladder
 ORDERLY = (Phase.GROUNDED, Phase.READY, Phase.TAKEOFF, Phase.FORMATION)  # phases whose reasons are no rungs
@@ -142,8 +141,8 @@ def _millimetres(values: Floats) -> list[list[int | None]]:
 
 
 def _thinned(signal: Samples) -> tuple[list[int], list[float]]:
-    """Return stamps and values of at most MOST_OF_SIGNAL or so samples of a law's signal."""
-    every = 1 + len(signal.stamps) // MOST_OF_SIGNAL
+    """Return stamps and values of at most 2000 or so samples of a law's signal."""
+    every = 1 + len(signal.stamps) // 2000
     return signal.stamps[::every].tolist(), signal.values[::every].tolist()
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -15,7 +15,6 @@ from flockwire_analysis.series import Booleans, Floats, Integers, Series
 
 SETTLED_BELOW = 0.1  # m
 SETTLED_FOR = 2 * SECOND  # ns
-WINDOW = SECOND // 20  # ns, window of a velocity
 SILENCE = SECOND // 2  # ns without a sample after which an error counts as unknown
 
 
@@ -69,15 +68,18 @@ def references(trace: Trace, number: int, times: Integers) -> Floats:
 
 
 def velocities(trace: Trace, number: int, times: Integers) -> Floats:
-    """Return the velocity in m/s from displacements over WINDOW."""
-    half = WINDOW // 2
-    return (places(trace, number, times + half) - places(trace, number, times - half)) * (SECOND / WINDOW)
+    """Return the velocity in m/s from displacements over 50 ms."""
+    return _rates(places, trace, number, times)
 
 
 def reference_velocities(trace: Trace, number: int, times: Integers) -> Floats:
     """Return the velocity of a follower's place, m/s."""
-    half = WINDOW // 2
-    return (references(trace, number, times + half) - references(trace, number, times - half)) * (SECOND / WINDOW)
+    return _rates(references, trace, number, times)
+
+
+def _rates(position: Callable[[Trace, int, Integers], Floats], trace: Trace, number: int, times: Integers) -> Floats:
+    half = SECOND // 40  # ns, of the window of a velocity
+    return (position(trace, number, times + half) - position(trace, number, times - half)) * (SECOND / (2 * half))
 
 
 def in_formation(trace: Trace, times: Integers) -> Booleans:

@@ -74,7 +74,6 @@ class Slot(Input):
 
 
 HELD_BACK = 0.05  # s, largest delay by reordering
-TRIES = 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,9 +169,9 @@ class VirtualLink:
             self._scheduler.at(arrival, self._deliver, together)
 
     def _until_it_gets_through(self, loss: float) -> int:
-        again = 0.2  # s after which a lost event is sent again
+        again, most = 0.2, 20  # s after which a lost event is sent again, and how often
         tries = 1
-        while tries < TRIES and self._random.random() < loss:
+        while tries < most and self._random.random() < loss:
             tries += 1
         return round(tries * again * SECOND)
 

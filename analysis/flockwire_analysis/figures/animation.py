@@ -33,7 +33,6 @@ RATE = 12  # frames per second of a GIF
 FILM_RATE = 25  # of an MP4
 EVEN = "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white"  # as its coding needs the sides
 FEWEST = 24  # frames
-TRAIL = 5.0  # s of the flight
 LARGEST = 3_000_000  # bytes
 
 
@@ -61,7 +60,7 @@ def animate(trace: Trace, path: Path, seconds: float = 10.0, view: str = "above"
 
     It is seen by one of VIEWS, in pictures of about `width` pixels.
 
-    Every frame has the drones, their names and trails of TRAIL s, the followers' polygon, obstacles and the flight's
+    Every frame has the drones, their names and trails of 5 s, the followers' polygon, obstacles and the flight's
     time. Frames of a GIF are left out, down to FEWEST, while the file is larger than LARGEST bytes. Raises ValueError
     for a trace without positions, if the GIF is still too large, or for an MP4 without ffmpeg; OSError if `path` cannot
     be written.
@@ -118,7 +117,8 @@ def _frames(trace: Trace, count: int, view: View, width: int) -> Iterator[Image.
     with rc_context(STYLE):
         figure, (axes,) = canvas.panels(height=3.7)
         _still(axes, canvas, paths, view)
-        trail = max(1, round(TRAIL * len(instants) / max(shown.length, TRAIL)))
+        lasts = 5.0  # s of the flight, of a trail
+        trail = max(1, round(lasts * len(instants) / max(shown.length, lasts)))
         scene = _Scene(axes, canvas, paths, trail)
         figure.set_dpi(width / COLUMN)
         agg: Any = FigureCanvasAgg(figure)  # matplotlib has no types for it

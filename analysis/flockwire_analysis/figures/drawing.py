@@ -31,7 +31,6 @@ INK, MUTED, GRID, DANGER = "#1b1f27", "#69707d", "#e6e8ec", "#b3261e"
 OKABE_ITO = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 COLUMN = 3.5  # inches: the width of one of two columns
 MOST_POINTS = 1500  # of one line
-ENVELOPE = 400
 MOST_NAMED = 12  # drones in a legend
 NAME_SIZE = 6.5  # points, of the names of events
 NAME_ROWS = 3  # of them
@@ -219,7 +218,7 @@ def thinned(times: Floats, values: Floats) -> tuple[Floats, Floats]:
 
 
 def envelope(times: Floats, values: Floats) -> tuple[Floats, Floats]:
-    """Return the largest value of each of about ENVELOPE blocks, an upper bound of an error."""
-    block = max(1, len(times) // ENVELOPE)
+    """Return the largest value of each of about 400 blocks, an upper bound of an error."""
+    block = max(1, len(times) // 400)
     whole = len(times) // block * block
     return times[:whole:block], values[:whole].reshape(-1, block).max(axis=1)

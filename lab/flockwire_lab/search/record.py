@@ -31,7 +31,6 @@ from flockwire_lab.world import EPOCH
 Kind = TypeVar("Kind")
 DRIVER_STOPS, DRIVER_LANDS = "driver: zero", "driver: land"  # reactions to old commands
 REACTIONS = (*(row.code for row in TABLE), DRIVER_STOPS, DRIVER_LANDS)
-DOWN = 0.0  # m, height of a drone on the ground
 OF_THE_PROTOCOL = ("status", "telemetry", "mission", "stop")  # kinds that show what pilots did by which orders
 
 
@@ -87,7 +86,7 @@ class Recorder:
         if self._say is not None:
             self._say(f"{self.seconds(self._at):8.3f} s  {what}")
 
-    def all_down(self, height: float = DOWN) -> bool:
+    def all_down(self, height: float = 0.0) -> bool:
         """Return whether all drones are on the ground now, none above `height`, m."""
         return all(places[-1][1][2] <= height for places in self._truth.values())
 

@@ -12,13 +12,12 @@ from flockwire_lab.search.flight import Case, Judged
 from flockwire_lab.study.variation import Table
 
 PARTS = ("orders", "processes")  # of a fault
-MOST = 200  # flights
 CONDITIONS = ("sim", "airframes", "obstacles", "checks")  # tables of the swarm file that a flight may not need
 
 Fly = Callable[[Case], Judged]
 
 
-def shrunk(case: Case, name: str, fly: Fly, most: int = MOST) -> tuple[Case, int]:
+def shrunk(case: Case, name: str, fly: Fly, most: int = 200) -> tuple[Case, int]:
     """Return the smallest case found that violates property `name`, and the number of flights that it took."""
     flights = 0
     changed = True

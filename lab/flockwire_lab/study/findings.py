@@ -21,7 +21,6 @@ from flockwire_lab.study.file import GridPoint, Study, StudyError
 from flockwire_lab.study.flight import QUANTITIES, Result
 from flockwire_lab.study.variation import Table, vary
 
-WORST = 5  # runs that are listed
 SHARES = (0.50, 0.95, 0.99)  # of the runs, of the quantiles
 
 
@@ -95,7 +94,7 @@ def find(swarm: Swarm, plan: Study, results: Sequence[Result]) -> Findings:
         here = [result for result in counted if result.point == number]
         if here:
             rows.append(_row(point, here))
-    worst = sorted(counted, key=_goodness)[:WORST]
+    worst = sorted(counted, key=_goodness)[:5]
     return Findings(swarm.name, plan, tuple(rows), tuple(counted), tuple(worst))
 
 

@@ -13,7 +13,6 @@ from flockwire_core.wire.plan import Plan
 
 from flockwire_operator.station.terminal.interrupts import Interrupts
 
-POLL = 0.05  # s
 UNANSWERED = "interrupted before the router answered"
 
 
@@ -31,7 +30,7 @@ async def connected(
         while not opening.done():
             if interrupted.count or hopeless():
                 ended.set()
-            await asyncio.wait((opening,), timeout=POLL)
+            await asyncio.wait((opening,), timeout=0.05)
     except asyncio.CancelledError:  # the thread that opens the session continues; an open session blocks the exit
         ended.set()
         if (session := await opening) is not None:

@@ -17,7 +17,6 @@ from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.outline import Key, Outline, schema
 from flockwire_core.wire.processes import GATEWAY
 
-REACH = 4.0  # m from the formation to the fence: the leader's circle, and a margin
 SCHEMA = ".flockwire/swarm.schema.json"
 CAMERAS = GATEWAY.kind  # its table has them
 AIRFRAME = f"airframes.{KINEMATICS.kind}"  # of drones that name no airframe
@@ -70,7 +69,7 @@ def _given(name: str, drones: int) -> Given:
     speed = 0.5  # m/s, most of a follower on its circle: with the lag of LABORATORY neighbours keep it
     circle = 1.0  # m, of the leader's circle
     radius = _radius(drones)
-    reach = float(ceil(radius + REACH))
+    reach = float(ceil(radius + 4.0))  # m, to the fence: the leader's circle, and a margin
     return {
         "": {"name": name},
         "formation": {"kind": "circle", "radius": radius, "rate": round(min(rate, speed / radius), 2)},

@@ -25,8 +25,6 @@ from flockwire_core.wire.status import SERIAL, Reason, Status
 
 from flockwire_operator.station.operator import Operator
 
-LOOK_TIME = 4.0  # s
-
 
 class Finding(NamedTuple):
     """One line of the table; `remedy` is empty if there is no problem."""
@@ -47,7 +45,7 @@ class Seen(NamedTuple):
 
 
 async def look(plan: Plan, keys: Path) -> Seen:
-    """Observe for LOOK_TIME; raises CredentialsError, RouterAbsentError."""
+    """Observe for 4 s; raises CredentialsError, RouterAbsentError."""
     with Session(plan, OPERATOR.kind, keys) as session:
         operator = Operator(plan, session)
         positions: dict[int, list[Vector]] = {drone: [] for drone in plan.pilots}
@@ -59,7 +57,7 @@ async def look(plan: Plan, keys: Path) -> Seen:
                     positions[drone].append(status.report.position)
             return False
 
-        await operator.watch(LOOK_TIME, note)
+        await operator.watch(4.0, note)
         return Seen(operator.statuses, operator.telemetry, positions, operator.poll())
 
 

@@ -30,7 +30,6 @@ from flockwire_core.wire.keys import TIME_REPLY, Key
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import OPERATOR
 
-GIVING_PERIOD = 0.02  # s between two steps while an order is being given
 PLAN = "flockwire_core.ground.formation_planning:plan_in_time"  # needs the extra `station`: numpy and scipy
 
 Result = TypeVar("Result")
@@ -109,7 +108,7 @@ class Operator:
     async def run(self, turn: Callable[[int], Result | None], period: float | None = None) -> Result:
         """Poll, step and publish until `turn`, called with the time (Unix ns) before each step, returns something.
 
-        `period` is in s (default: POLL_PERIOD); it is GIVING_PERIOD while an order is being given.
+        `period` is in s (default: POLL_PERIOD); it is 0.02 s while an order is being given.
         """
         usual, due = POLL_PERIOD if period is None else period, clock.monotonic()
         while True:
@@ -117,7 +116,7 @@ class Operator:
             if result is not None:
                 return result
             self.publish()
-            due = max(due + nanoseconds(GIVING_PERIOD if self.core.is_ordering else usual), clock.monotonic())
+            due = max(due + nanoseconds(0.02 if self.core.is_ordering else usual), clock.monotonic())
             await asyncio.sleep((due - clock.monotonic()) / SECOND)
 
     async def watch(self, seconds: float, seen: Callable[[], bool] = bool) -> None:

@@ -11,8 +11,6 @@ from flockwire_core.swarm.formation_rules import conflicts
 from flockwire_core.swarm.leader import AT_REST
 from flockwire_core.swarm.model import SURVEY_HORIZON, Swarm, uav
 
-STEP = 0.05  # s between the evaluated instants
-
 
 def predicted(swarm: Swarm, duration: float, avoided: bool = True) -> Iterator[str]:
     """Yield the problems in `duration` s of each formation, if every drone is exactly at its place.
@@ -108,7 +106,7 @@ def _owner(swarm: Swarm, formation: str, rank: int) -> str:
 
 def _instants(duration: float) -> Iterator[float]:
     instants = 2400  # largest number of instants: a long flight has longer steps
-    step = max(STEP, duration / instants)
+    step = max(0.05, duration / instants)
     return (k * step for k in range(int(duration / step) + 1))
 
 

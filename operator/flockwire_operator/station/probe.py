@@ -36,7 +36,6 @@ from flockwire_operator.station.processes import Children
 from flockwire_operator.station.terminal.interrupts import Interrupts
 from flockwire_operator.station.terminal.progress import Show, progress
 
-START_TIME = 10.0  # s for it to start
 WAITING = (Phase.GROUNDED, Phase.WAITING)
 
 Accepted = dict[tuple[Key, str], int]
@@ -143,9 +142,9 @@ async def _runs(plan: Plan, keys: Path) -> bool:
 
 
 def _await_all(plan: Plan, operator: Operator) -> list[str]:
-    """Wait until the whole swarm runs and exchanges its messages; returns what is missing after START_TIME."""
+    """Wait until the whole swarm runs and exchanges its messages; returns what is missing after 10 s."""
     wanted = plan.started
-    deadline = clock.monotonic() + nanoseconds(START_TIME)
+    deadline = clock.monotonic() + nanoseconds(10.0)
     while clock.monotonic() < deadline:
         alive = _alive(operator)
         waiting = [i for i in wanted if i not in alive or operator.statuses[i].report.phase in WAITING]
