@@ -161,15 +161,16 @@ class Collector:
 
     def trace(self, path: Path, closed: bool = True, lost_bytes: int = 0) -> Trace:
         """Return the data collected from `path`."""
-        lost_orders = {version for version in self._obeyed if version.stamp >= self._begin}.difference(self._missions)
+        lost_orders = {version for version in self._obeyed - self._missions.keys() if version.stamp >= self._begin}
         orders = tuple(order for _, order in sorted(self._missions.items()))
+        sizes = {key: columns.size for key, columns in self._columns.items()}
         return Trace(
             path, self.plan, self._metadata,
             {key: series_of(columns) for key, columns in self._columns.items()},
             self._movers(),
             tuple(order for order in orders if not self._obeyed or order.version in self._obeyed),  # without rejected
             orders,
-            tuple(stop for _, stop in sorted(self._stops.items())),
+            tuple(map(self._stops.__getitem__, sorted(self._stops))),
             tuple(self._vitals()),
             _fixed(self._states),
             _fixed(self._histories),
@@ -181,7 +182,7 @@ class Collector:
             self._malformed, closed, lost_bytes,
             _fixed({number: sorted(held, key=attrgetter("stamp")) for number, held in self._held.items()}),
             self._signals(),
-            {key: columns.size for key, columns in self._columns.items()},
+            sizes,
         )  # fmt: skip
 
     def _vitals(self) -> Iterator[ProcessRecord]:

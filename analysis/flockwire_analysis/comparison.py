@@ -82,6 +82,14 @@ class Row(NamedTuple):
     differences: tuple[Difference | None, ...]
 
 
+def groups_of(names: Sequence[str], flights: Sequence[dict[str, Summary]]) -> list[Group]:
+    """Return a group for each name; for three single flights (named "") or more, also one of all."""
+    groups = [Group(name, one) for name, one in zip(names, flights, strict=True)]
+    if len(groups) > 2 and all("" in one for one in flights):
+        groups.append(Group("all", {name: one[""] for name, one in zip(names, flights, strict=True)}))
+    return groups
+
+
 def comparison(groups: Sequence[Group]) -> tuple[Row, ...]:
     """Return the rows of the table of `groups`, at least one."""
     rows = []

@@ -93,8 +93,8 @@ def write_keys(plan: Plan, keys: Path, identities: Iterable[str], folder: Path, 
 
     They then belong to `owner`, if given and permitted. Raises DeployError if one is missing.
     """
-    certified, names = tuple(identities), [f"{name}.crt" for name in plan.authorities]
-    names = sorted([*names, *(f"{name}.crt" for name in certified), *(f"{name}.key" for name in certified)])
+    own = tuple(identities)
+    names = sorted([*(f"{name}.crt" for name in (*plan.authorities, *own)), *(f"{name}.key" for name in own)])
     for name in names:
         if not (keys / name).is_file():
             raise DeployError(

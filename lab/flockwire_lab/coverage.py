@@ -24,9 +24,9 @@ def events(trace: Trace) -> dict[str, int]:
     pilots = set(trace.plan.pilot.values())
     for identity, changes in trace.shown.items():
         found.update(_reported("pilot" if identity in pilots else identity, changes))
-    for process in trace.vitals:
-        found.update({f"count: {name}": count for name, count in process.last.report.counts})
-    return {event: count for event, count in sorted(found.items()) if count}
+    for name, count in chain(*(process.last.report.counts for process in trace.vitals)):
+        found[f"count: {name}"] += count
+    return dict(sorted((+found).items()))
 
 
 def _reported(who: str, changes: Sequence[Shown]) -> Iterator[str]:

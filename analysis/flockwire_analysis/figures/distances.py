@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,8 @@ from matplotlib.axes import Axes
 from flockwire_analysis import separation
 from flockwire_analysis.figures.drawing import DANGER, OKABE_ITO, Canvas, Picture, thinned
 from flockwire_analysis.figures.legends import MARK, dot, legend, line
-from flockwire_analysis.series import Floats
+from flockwire_analysis.recorded import Trace
+from flockwire_analysis.series import Floats, Integers
 
 GREY = "#9aa3b2"
 MANY = 30  # drones, of which no picture shows every pair
@@ -21,12 +22,7 @@ def between_drones(canvas: Canvas) -> Picture | None:
     """Draw the distance of every pair, or of many drones that to the nearest other one, and the smallest of all."""
     trace, times = canvas.trace, separation.common_times(canvas.flight)
     many = len(trace.flying) > MANY
-    found: Iterable[tuple[tuple[int, ...], Floats]]
-    if many:
-        found = (((number,), d) for number, d in separation.nearest_drones(trace, times).items())
-    else:
-        found = (((i, j), d) for i, j, d in separation.pair_distances(trace, times))
-    known = {drones: d for drones, d in found if np.isfinite(d).any()}
+    known = {drones: d for drones, d in _found(trace, times, many) if np.isfinite(d).any()}
     if not known:
         return None
     figure, (axes,) = canvas.panels()
@@ -48,6 +44,14 @@ def between_drones(canvas: Canvas) -> Picture | None:
     whose = "From every drone to the nearest other one" if many else "Every pair"
     caption = f"{whose} in grey, the smallest of all in blue; the marked one is the smallest of the flight."
     return Picture(canvas.save(figure, "distances"), "Distances between drones", caption)
+
+
+def _found(trace: Trace, times: Integers, many: bool) -> Iterator[tuple[tuple[int, ...], Floats]]:
+    """Yield the distances of every pair, or of `many` drones that of each to the nearest other one."""
+    if many:
+        yield from (((number,), d) for number, d in separation.nearest_drones(trace, times).items())
+    else:
+        yield from (((i, j), d) for i, j, d in separation.pair_distances(trace, times))
 
 
 def to_obstacles(canvas: Canvas) -> Picture | None:

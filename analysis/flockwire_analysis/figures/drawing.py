@@ -145,17 +145,22 @@ class Canvas:
             one.set_xlim(begin, max(end, begin + 0.1))
         axes[-1].set_xlabel(self.time_label)
         places = [(self.second(event.stamp) - begin) / max(end - begin, 0.1) for event in marked]
-        rows = rows_of(marked, places)
-        for event, place, row, before in zip(marked, places, rows, _before(marked, places), strict=True):
-            if row is not None:
-                _name(axes[0], event.text, place, row, before)
-        return 1 + max([row for row in rows if row is not None], default=-1)
+        return _name_all(axes[0], marked, places)
 
     def _shade_tails(self, axes: Axes) -> None:
         for phase in self.phases:
             tail = phase.span.tail()
             left, right = self.second(tail.begin), self.second(tail.end)
             axes.axvspan(left, right, color=OKABE_ITO[0], alpha=0.07, linewidth=0, zorder=0)
+
+
+def _name_all(axes: Axes, marked: Sequence[Event], places: Sequence[float]) -> int:
+    """Write the names of events above the axes; return the number of rows."""
+    rows = rows_of(marked, places)
+    for event, place, row, before in zip(marked, places, rows, _before(marked, places), strict=True):
+        if row is not None:
+            _name(axes, event.text, place, row, before)
+    return 1 + max([row for row in rows if row is not None], default=-1)
 
 
 def rows_of(marked: Sequence[Event], places: Sequence[float]) -> list[int | None]:

@@ -88,9 +88,9 @@ class Flight:
     ) -> None:
         faults, events = injected
         self.recorder = Recorder(Plan(swarm.in_simulation()), self._begin, say)
-        self._visited = any(isinstance(fault, Visitor) for fault in faults)
-        self._quiet = not (faults or events)
-        self._shared = any(isinstance(event, SecondStation) for event in events)  # who may end a landing
+        kinds = {type(one) for one in (*faults, *events)}
+        self._visited, self._quiet = Visitor in kinds, not kinds
+        self._shared = SecondStation in kinds  # who may end a landing
         stations = (CONSOLE.kind,) if self._shared else ()
         self.world = World(swarm, seed, duration, faults, self.recorder.take, stations=stations)
         self._injector = EventInjector(self.world, events, faults, self.recorder)

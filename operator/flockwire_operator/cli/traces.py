@@ -132,7 +132,7 @@ def compare(
     out: Annotated[Path, typer.Option(help="Folder for tables and figures.")] = Path("runs/comparison"),
 ) -> None:
     """Compare flights, or groups of flights: key figures, means with 95 % intervals, paired tests against the first."""
-    from flockwire_analysis.comparison import Group, as_csv, as_latex, as_text, comparison  # noqa: PLC0415  (scipy)
+    from flockwire_analysis.comparison import as_csv, as_latex, as_text, comparison, groups_of  # noqa: PLC0415  (scipy)
     from flockwire_analysis.figures.comparison import MOST  # noqa: PLC0415  (matplotlib)
     from flockwire_analysis.figures.comparison import compare as draw  # noqa: PLC0415
     from flockwire_analysis.reading import read_trace  # noqa: PLC0415
@@ -140,10 +140,8 @@ def compare(
 
     files = [_flights_of(one) for one in flights]
     traces = _trace(lambda: [{name: read_trace(path) for name, path in one.items()} for one in files])
-    names, found = _names(flights), [{name: summarise(trace) for name, trace in one.items()} for one in traces]
-    groups = [Group(name, one) for name, one in zip(names, found, strict=True)]
-    if len(flights) > 2 and all("" in one for one in found):  # no folders
-        groups.append(Group("all", {name: one[""] for name, one in zip(names, found, strict=True)}))
+    names = _names(flights)
+    groups = groups_of(names, [{name: summarise(trace) for name, trace in one.items()} for one in traces])
     rows = comparison(groups)
     print("\n".join(as_text(groups, rows)))
     try:
@@ -172,8 +170,9 @@ def _flights_of(path: Path) -> dict[str, Path]:
 
 def _names(paths: list[Path]) -> list[str]:
     """Return distinct names of traces and folders: the last parts of their paths, as many as needed."""
+    folders = [path.is_dir() for path in paths]
     parts = [path.resolve().parts if path.is_dir() else path.with_suffix("").resolve().parts for path in paths]
-    if len({(path.is_dir(), path.stem) for path in paths}) == 1 and not paths[0].is_dir():
+    if not any(folders) and len({path.stem for path in paths}) == 1:
         parts = [one[:-1] for one in parts]  # the folders of flights tell more
     for count in range(1, max(map(len, parts)) + 1):
         names = ["/".join(one[-count:]) for one in parts]
