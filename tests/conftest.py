@@ -22,7 +22,7 @@ from xdist.scheduler import LoadScopeScheduling
 if TYPE_CHECKING:
     from command_line import CommandLine
 
-settings.register_profile("flockwire", derandomize=True, deadline=None, max_examples=100)
+settings.register_profile("flockwire", derandomize=True, deadline=None, max_examples=60)
 settings.load_profile("flockwire")
 
 STARTS = ((0.0, 0.0), (-0.7, 2.6), (2.9, -0.8), (0.6, -2.3), (-2.8, 0.9))

@@ -43,7 +43,8 @@ def test_an_estimate_that_is_15_m_off(failures):
     assert found["observation tail"].endswith("m, must be at most 0.1 m in the last 30 % of each phase")
 
 
-@pytest.mark.parametrize("nowhere", [{"place_bias": 1e253}, pytest.param({"leaps_at": 2.0}, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("nowhere", [{"place_bias": 1e253}, {"leaps_at": 2.0}])
 def test_a_drone_that_is_nowhere_in_this_world_fails_the_flight_and_not_the_report(tmp_path, nowhere):
     trace = collect(begin=-2.0, end=4.0, **nowhere)
     summary = summarise(trace)

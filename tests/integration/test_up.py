@@ -173,6 +173,7 @@ def test_a_killed_parent_leaves_no_process_once_the_drones_have_landed(
         assert "landing" in (tmp_path / "out" / "logs" / f"{pilot}.log").read_text(), pilot
 
 
+@pytest.mark.long
 def test_a_dead_agent_fails_the_flight_and_the_rest_land(make_swarm: Callable[..., Path], tmp_path: Path) -> None:
     swarm, out = make_swarm(), tmp_path / "out"
     process = flockwire("up", swarm, "--headless", "--out", out)

@@ -323,6 +323,7 @@ def test_no_process_may_end_before_what_it_flies_is_down(retired: Any) -> None:
     assert told.may[-1][1] >= {*pilots.values(), "kinematics"}
 
 
+@pytest.mark.long
 def test_a_drone_whose_agent_is_dead_is_landed_by_its_driver_when_all_end(fly: Fly) -> None:
     told = Retired(5.0, dead="uav3")
     with pytest.MonkeyPatch.context() as patch:

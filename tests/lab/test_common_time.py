@@ -75,6 +75,7 @@ def test_on_one_host_only_operators_ask_for_the_time() -> None:
     assert {key.owner for key in plan.keys if key.kind.startswith("time")} == {"operator", "console"}
 
 
+@pytest.mark.long
 def test_a_pilot_restarted_in_flight_knows_the_time_again() -> None:
     fault = '[[faults]]\nat = {}\nkind = "{}"\nprocess = "uav3"\n'
     restart = fault.format(6.0, "kill") + fault.format(6.3, "restart")

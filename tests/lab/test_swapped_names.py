@@ -31,7 +31,10 @@ def found(flown: Any) -> set[str]:
             if any(reason.code == APART for reason in status.report.reasons)}  # fmt: skip
 
 
-@pytest.mark.parametrize(("drones", "pilots"), [([1, 4], {"uav1", "uav4"}), ([0, 2], {"leader", "uav2"})])
+@pytest.mark.parametrize(
+    ("drones", "pilots"),
+    [([1, 4], {"uav1", "uav4"}), pytest.param([0, 2], {"leader", "uav2"}, marks=pytest.mark.long)],
+)
 def test_both_hover_then_land_where_they_are(fly: Callable[..., Any], drones: list[int], pilots: set[str]) -> None:
     swap = {"at": AT, "kind": "swap", "drones": drones, "duration": 1.0}
     flown = fly({"control.law": "extended"}, swap, duration=10.0)

@@ -61,6 +61,7 @@ def test_a_stop_makes_a_tello_fall_as_any_other(fly: Fly) -> None:
     assert stopped.state is FlightState.STOPPED
 
 
+@pytest.mark.long
 def test_equal_seeds_fly_tellos_equally(fly: Fly) -> None:
     one, other = (fly(MIXED | {"gateway.noise": 0.001}, seed=3, duration=4.0) for _ in range(2))
     assert [p.sample.payload for _, p, _ in one.published] == [p.sample.payload for _, p, _ in other.published]

@@ -18,7 +18,7 @@ AT = 5.0  # s after the order to take off
     ("changes", "body", "radius"),
     [
         ({}, "Ada", 0.4),
-        ({"tracked_obstacles": [{"body": "cart", "radius": 0.25}]}, "cart", 0.25),
+        pytest.param({"tracked_obstacles": [{"body": "cart", "radius": 0.25}]}, "cart", 0.25, marks=pytest.mark.long),
     ],
 )
 def test_drones_keep_clear_of_what_walks_through_the_formation(

@@ -55,7 +55,7 @@ def test_a_whole_trace_is_copied_whole(whole, work):
     assert read_trace(out).swarm == read_trace(whole).swarm
 
 
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=12, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.integers(0, 10**6))
 def test_cut_off_anywhere(whole, recorded, work, position):
     data = whole.read_bytes()

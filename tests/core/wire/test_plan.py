@@ -29,7 +29,7 @@ def own_inputs(swarm, i):
     return keys | {Key("pose", uav(j)) for j in neighbours}
 
 
-@settings(max_examples=50)
+@settings(max_examples=25)
 @given(data=st.data())
 def test_an_agent_subscribes_to_its_own_and_its_neighbours_keys_alone(plans, data):
     plan = data.draw(plans)
@@ -38,7 +38,7 @@ def test_an_agent_subscribes_to_its_own_and_its_neighbours_keys_alone(plans, dat
         assert set(plan.publishes[uav(i)]) == {Key(kind, uav(i)) for kind in ("estimate", "command", "status", "batch")}
 
 
-@settings(max_examples=50)
+@settings(max_examples=25)
 @given(data=st.data())
 def test_the_flows_are_the_key_table_with_the_recorder_on_every_key_or_its_batch(plans, data):
     plan = data.draw(plans)
@@ -48,7 +48,7 @@ def test_the_flows_are_the_key_table_with_the_recorder_on_every_key_or_its_batch
     assert plan.keys == tuple(key for key, _, _ in plan.flows)
 
 
-@settings(max_examples=50)
+@settings(max_examples=25)
 @given(data=st.data())
 def test_links_are_symmetric_and_each_is_dialled_by_one_side(plans, data):
     plan = data.draw(plans)
@@ -60,14 +60,14 @@ def test_links_are_symmetric_and_each_is_dialled_by_one_side(plans, data):
             assert (other in plan.dials[one]) + (one in plan.dials[other]) == 1
 
 
-@settings(max_examples=50)
+@settings(max_examples=25)
 @given(data=st.data())
 def test_whoever_is_dialled_listens(plans, data):
     plan = data.draw(plans)
     assert {other for dialled in plan.dials.values() for other in dialled} <= set(plan.endpoints)
 
 
-@settings(max_examples=50)
+@settings(max_examples=25)
 @given(data=st.data())
 def test_every_key_finds_its_way_over_the_links(plans, data):
     plan = data.draw(plans)
@@ -81,7 +81,7 @@ def test_every_key_finds_its_way_over_the_links(plans, data):
                 assert plan.publishes_to(publisher, subscriber)
 
 
-@settings(max_examples=50)
+@settings(max_examples=25)
 @given(data=st.data())
 def test_nothing_passes_between_two_that_the_table_does_not_name(plans, data):
     plan = data.draw(plans)
@@ -125,7 +125,7 @@ def test_a_router_changes_no_links(make_plan):
         assert [other for other in routed.partners[identity] if other != ROUTER] == list(plan.partners[identity])
 
 
-@settings(max_examples=50)
+@settings(max_examples=25)
 @given(data=st.data())
 def test_over_a_link_to_the_router_goes_what_its_client_publishes_and_subscribes_to(plans, data):
     plan = data.draw(plans.filter(lambda plan: plan.routers))

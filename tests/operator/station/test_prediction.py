@@ -108,7 +108,11 @@ def test_an_obstacle_that_is_lower_than_the_formation_is_in_nobody_s_way(swarm):
 
 
 @pytest.mark.parametrize(
-    ("changes", "check"), [(INTO_FENCE, "places"), (TOO_FAST, "formation tail")], ids=["into the fence", "too fast"]
+    ("changes", "check"),
+    [
+        pytest.param(INTO_FENCE, "places", id="into the fence"),
+        pytest.param(TOO_FAST, "formation tail", id="too fast", marks=pytest.mark.long),
+    ],
 )
 def test_what_was_predicted_fails(swarm, changes, check):
     wrong = swarm(changes)
