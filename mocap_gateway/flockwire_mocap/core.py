@@ -18,7 +18,7 @@ from flockwire_core.domain.quaternion import IDENTITY
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground.order_log import OrderLog
 from flockwire_core.objects import load_object
-from flockwire_core.process.cores import Ground, Start, Store
+from flockwire_core.process.cores import Ground, Randomness, Start, Store
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.cdr import MessageError
 from flockwire_core.wire.codec import Message, decode, encode
@@ -64,7 +64,9 @@ SOURCES: Mapping[str, SourceRow] = {  # by gateway.source
 class GatewayCore(Ground):
     """Poses and nearby bodies of `swarm`, as `source` tracks them, and its log of orders, kept in `store`."""
 
-    def __init__(self, swarm: Swarm, source: Source, now: int = 0, store: Store | None = None) -> None:
+    def __init__(
+        self, swarm: Swarm, source: Source, now: int = 0, store: Store | None = None, chance: Randomness | None = None
+    ) -> None:
         super().__init__()
         self.source, self.kind = source, swarm.gateway.source
         self.triggers = source.triggers
@@ -77,7 +79,7 @@ class GatewayCore(Ground):
         self._nearby_keys = {i: Key("nearby", uav(i)) for i in swarm.flying}
         self._pose_keys = {i: Key("pose", uav(i)) for i in swarm.tracked}
         self._seen_keys = {i: Key("seen", uav(i)) for i in swarm.followers}
-        self._sensor = RelativeSensor(swarm) if sees(swarm) else None
+        self._sensor = RelativeSensor(swarm, chance) if sees(swarm) else None
         self._field = FieldBodies(swarm)
         roster = Roster(swarm)
         self._pilots = {roster.pilot[i]: i for i in swarm.flying}
@@ -239,4 +241,6 @@ def _kept(store: Store | None) -> Mission | None:
 def make_core(start: Start) -> GatewayCore:
     """Return the gateway's core, with the source that the swarm file names."""
     swarm = start.plan.swarm
-    return GatewayCore(swarm, load_object(SOURCES[swarm.gateway.source].source)(start), start.now, start.store)
+    return GatewayCore(
+        swarm, load_object(SOURCES[swarm.gateway.source].source)(start), start.now, start.store, start.chance
+    )

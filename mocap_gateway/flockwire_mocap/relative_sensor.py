@@ -8,6 +8,7 @@ from flockwire_core.control.tracker import AccelerationTracker
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.domain.vector import Vector, distance, subtract
 from flockwire_core.law import Seen, Sense
+from flockwire_core.process.cores import Randomness
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.information import information_of
 from flockwire_core.wire.sighting import Sighting, sensed
@@ -51,10 +52,13 @@ class RelativeSensor:
     """The relative sensors of all followers of `swarm`.
 
     Both ends of an edge are taken at the time of the newest pose of a step: those of one tracker frame are as
-    measured, a body reported by itself, or lost for less than `staleness.pose_zero`, is predicted to it.
+    measured, a body reported by itself, or lost for less than `staleness.pose_zero`, is predicted to it. What a drone
+    sees has the noise of [sensing], drawn from `chance`: that of both ends differs.
     """
 
-    def __init__(self, swarm: Swarm) -> None:
+    def __init__(self, swarm: Swarm, chance: Randomness | None = None) -> None:
+        self._noises = (swarm.sensing.noise, swarm.sensing.velocity_noise)  # m; m/s
+        self._chance = chance if any(self._noises) else None
         self._declared, self._frame = information_of(swarm), swarm.frame
         self._neighbours = {i: tuple(swarm.topology.neighbours(i)) for i in swarm.followers}
         self._lost_after = nanoseconds(swarm.limits.staleness.pose_zero)
@@ -101,4 +105,13 @@ class RelativeSensor:
         """Return what drone i senses of drone j, and nothing else."""
         (own, own_velocity), (other, velocity) = here[i], here[j]
         age = (stamp - min(self._tracks[i].stamp, self._tracks[j].stamp)) / SECOND
-        return sensed(sense, j if named else -1, subtract(other, own), subtract(velocity, own_velocity), age)
+        place, rate = subtract(other, own), subtract(velocity, own_velocity)
+        if self._chance is not None:
+            place, rate = self._noisy(place, self._noises[0]), self._noisy(rate, self._noises[1])
+        return sensed(sense, j if named else -1, place, rate, age)
+
+    def _noisy(self, vector: Vector, noise: float) -> Vector:
+        x, y, z = vector
+        assert self._chance is not None  # noqa: S101  (the caller looked)
+        gauss = self._chance.gauss
+        return (x + gauss(0.0, noise), y + gauss(0.0, noise), z + gauss(0.0, noise))

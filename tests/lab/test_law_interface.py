@@ -66,6 +66,10 @@ class Around(Bearings):
     information = Information(around=Sense.DISTANCE | Sense.VELOCITY, radius=4.0, leaders=(0, 1))
 
 
+class Bothways(Bearings):
+    information = Information(neighbours=Sense.POSITION, leaders=(0, 1))
+
+
 class Nothing(Bearings):
     information = Information(leaders=(0, 1))
 
@@ -158,6 +162,18 @@ def test_both_ends_of_an_edge_are_of_one_time(fly_law: Callable[..., Any]) -> No
     assert len(one.keys() & other.keys()) > 100
     for stamp in one.keys() & other.keys():
         assert one[stamp] == tuple(-x for x in other[stamp])
+
+
+def test_the_noise_of_sensing_is_in_what_laws_see_and_differs_at_both_ends(fly_law: Callable[..., Any]) -> None:
+    flown = fly_law(Bothways, {"sensing.noise": 0.02}, duration=6.0)
+    one, other = (
+        {s.stamp: n.position for s in sightings(flown, i) for n in s.neighbours if n.number == j}
+        for i, j in ((2, 3), (3, 2))
+    )
+    sums = np.array([np.add(one[stamp], other[stamp]) for stamp in one.keys() & other.keys()])
+    assert np.std(sums, axis=0) == pytest.approx([0.02 * 2**0.5] * 3, rel=0.15)
+    assert np.abs(sums.mean(axis=0)).max() < 0.005
+    assert flown.outcome.failure == ""
 
 
 def test_accelerations_and_arrays_fly(fly_law: Callable[..., Any]) -> None:

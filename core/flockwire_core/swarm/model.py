@@ -38,6 +38,7 @@ from flockwire_core.swarm.tables import (
     Network,
     Observer,
     Obstacle,
+    Sensing,
     Sim,
     TrackedObstacle,
     Word,
@@ -64,6 +65,7 @@ class Swarm(Model):
     formation: FormationTable | None = key(None, "the first formation")
     formations: dict[str, FormationTable] = key({}, "other formations, by name")
     avoidance: Avoidance = key(Avoidance(), "sensing and required distances")
+    sensing: Sensing = key(Sensing(), "noise of what laws see of others")
     limits: Limits = key(Limits(), "speeds, heights, battery, fence")
     checks: Checks = key(Checks(), "bounds that judge a flight")
     leaders: Items[Annotated[int, Field(ge=0)]] = key((0,), "ids of the leaders; `[]`: none, the law needs none")

@@ -250,6 +250,13 @@ class Avoidance(Model):
         return Separation(self.drone_safety_distance + self.margin, self.obstacle_safety_distance + self.margin)
 
 
+class Sensing(Model):
+    """The relative sensors of laws, for which the gateway stands; each drone's draws are its own."""
+
+    noise: NotNegative = key(0.0, "of the places that laws see of others, per axis: standard deviation", "m")
+    velocity_noise: NotNegative = key(0.0, "likewise, of velocities", "m/s")
+
+
 class Fence(Model):
     """The room that no drone may leave: a box, and optionally a polygon in it."""
 
