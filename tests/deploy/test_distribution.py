@@ -1,6 +1,7 @@
 """The source distribution, and its wheel: installed in an environment of its own, the wheel flies a swarm."""
 
 import shutil
+import re
 import subprocess
 import sys
 import tarfile
@@ -90,6 +91,19 @@ def test_an_environment_of_its_own_flies(program, here):
     assert out.endswith("flockwire: all well\n")
     assert (here / "flight/report.html").exists()
     run(program / "flockwire", "animate", "flight/trace.mcap", "--seconds", 2, cwd=here)
+
+
+def test_the_four_commands_of_the_page_draw_the_first_figure_of_an_own_law(program, here):
+    page = (ROOT / "docs/python.md").read_text(encoding="utf-8")
+    block = page.partition("From nothing to the first figure")[2]
+    commands = [
+        line.split("#")[0].split()
+        for line in re.findall(r"^    (.*)$", block.partition("\nThe wheel")[0], re.MULTILINE)
+    ]
+    assert [command[0] for command in commands] == ["python3", "lab/bin/pip", "lab/bin/flockwire", "lab/bin/flockwire"]
+    for command in commands[2:]:
+        run(program / "flockwire", *command[1:], cwd=here)
+    assert (here / "first/trajectories.png").exists()
 
 
 @pytest.mark.skipif(not has_namespaces(), reason="a program cannot be run without a network here")
