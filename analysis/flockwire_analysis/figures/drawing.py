@@ -138,8 +138,8 @@ class Canvas:
         begin, end = self.second(shown.begin), self.second(shown.end)
         marked = [event for event in self.events if shown.begin <= event.stamp <= shown.end]
         for one in axes:
-            one.vlines([self.second(event.stamp) for event in marked], 0.0, 1.0, transform=one.get_xaxis_transform(),
-                       color=MUTED, linewidth=0.6, linestyle=(0, (1, 2.5)), zorder=1.5)  # fmt: skip
+            for event in marked:
+                one.axvline(self.second(event.stamp), color=MUTED, linewidth=0.6, linestyle=(0, (1, 2.5)), zorder=1.5)
             if tails:
                 self._shade_tails(one)
             one.set_xlim(begin, max(end, begin + 0.1))
