@@ -9,7 +9,6 @@ from flockwire_core.domain.airframe import FlightState, Telemetry
 from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.ground.order_log import OrderLog
 from flockwire_core.pilot.orders import Orders
-from flockwire_core.runtime.subscriptions import Wakeup
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.inbox import inbox_of
@@ -119,9 +118,6 @@ class SimulatedSwarm:
 
     def buffered(self, key: Key) -> Source:
         return Source(self, key)
-
-    def prompt(self, key: Key, wakeup: Wakeup) -> None:
-        """Nobody answers who asks for the time."""
 
     def publish(self, messages: list[tuple[Key, Message]]) -> None:
         orders = [order for _, order in messages if isinstance(order, Mission | Stop)]

@@ -23,6 +23,8 @@ from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.plan import Plan
 
 ANSWER_TIME = 3 * SECOND  # ns for the confirmation of an order
+DOWN_TIME = 5 * SECOND  # ns for a drone's state to show that its motors are off
+READY_TIME = 5 * SECOND  # ns for all starting drones to be ready
 STOP_TIME = 2 * SECOND  # ns, shortest repetition of a stop, even if confirmed
 LOOK_TIME = 3 * SECOND // 2  # ns to observe the swarm before an order that depends on its state
 
@@ -117,7 +119,7 @@ class StopDelivery(OrderDelivery):
         unknown = ", ".join(uav(i) for i in drones if fleet.received_stop(i) and not fleet.has_stopped(i))
         missing = tuple(uav(i) for i in drones if not fleet.received_stop(i))
         # ns for a drone's state to show that its motors are off
-        if self.answer is None and (not (missing or unknown) or since >= (ANSWER_TIME if missing else 5 * SECOND)):
+        if self.answer is None and (not (missing or unknown) or since >= (ANSWER_TIME if missing else DOWN_TIME)):
             late = f"sent, but not confirmed by {', '.join(missing)}" if missing else ""
             turning = f"received by {unknown}, not known to be down yet" if unknown else ""
             self.answer = Answer(received, missing, "; ".join(filter(None, (late, turning))) if turning else "")
@@ -233,7 +235,7 @@ class StartDelivery(ChangeDelivery):
             hover = "; the others stay in the air: `flockwire land` lands them" if fleet.flies else ""
             self.answer = Answer(refusal=director.failure + hover) if director.failure else overtaken(director.ordered)
         # ns for all starting drones to be ready
-        elif director.stage is Stage.PREPARING and since >= LOOK_TIME + 5 * SECOND:
+        elif director.stage is Stage.PREPARING and since >= LOOK_TIME + READY_TIME:
             why = "; ".join(director.unready(fleet))
             self.answer = Answer(refusal=f"not ready: {why} (`--without ID` flies without a drone)")
         elif director.stage is Stage.FLYING and order is not None:
