@@ -66,33 +66,41 @@ def load_law(law: str) -> type[Law]:
 
 
 def law_problems(swarm: Swarm) -> Iterator[Problem]:
-    """Yield what makes the law unusable: its import, its parameters."""
+    """Yield what makes the law unusable: its import, what it declares, its parameters."""
     try:
         law = load_law(law_object(swarm))
-    except LawError as error:
-        module = swarm.control.law.rpartition(":")[0]
-        missing = isinstance(error.__cause__, FileNotFoundError) or (
-            isinstance(error.__cause__, ModuleNotFoundError) and error.__cause__.name == module.partition(".")[0]
-        )
-        name = module if module.endswith(".py") else f"{module}.py"
-        remedy = f"; {name} must be beside the swarm file, or the module installed" if missing else ""
-        yield Problem("control.law", f"{error}{remedy}")
-        return
-    try:
         declared = declared_by(swarm)
+    except LawError as error:
+        yield Problem("control.law", f"{error}{_remedy(error.__cause__, swarm.control.law.rpartition(':')[0])}")
     except TypeError as error:
         yield Problem("control.law", str(error))
-        return
-    yield from (Problem("control.law", rule) for rule in _contradictions(declared, swarm))
-    for place, edge in enumerate(swarm.graph.edges if not declared.signed else ()):
-        if edge[2] < 0.0:
-            rule = f"control.law = {swarm.control.law!r} takes weights above 0 only"
-            yield Problem(f"graph.edges.{place}", rule, shown(edge))
+    else:
+        yield from (Problem("control.law", rule) for rule in _contradictions(declared, swarm))
+        yield from _of_leaders(law, declared, swarm)
+        for place, edge in enumerate(swarm.graph.edges if not declared.signed else ()):
+            if edge[2] < 0.0:
+                rule = f"control.law = {swarm.control.law!r} takes weights above 0 only"
+                yield Problem(f"graph.edges.{place}", rule, shown(edge))
+        yield from _of_parameters(law, swarm)
+
+
+def _remedy(cause: BaseException | None, module: str) -> str:
+    """Return what helps if the module of the law itself was not found."""
+    is_absent = isinstance(cause, ModuleNotFoundError) and cause.name == module.partition(".")[0]
+    name = f"{module.removesuffix('.py')}.py"
+    remedy = f"; {name} must be beside the swarm file, or the module installed"
+    return remedy if is_absent or isinstance(cause, FileNotFoundError) else ""
+
+
+def _of_leaders(law: type[Law], declared: Information, swarm: Swarm) -> Iterator[Problem]:
     least, most = declared.leaders
     if hasattr(law, "information") and not least <= len(swarm.leaders) <= most:
         counts = " to ".join(map(str, dict.fromkeys(declared.leaders)))
         rule = f"control.law = {swarm.control.law!r} needs {counts}, the file has {len(swarm.leaders)}"
         yield Problem("leaders", rule)
+
+
+def _of_parameters(law: type[Law], swarm: Swarm) -> Iterator[Problem]:
     model = getattr(law, "Parameters", NoParameters)
     try:
         model.model_validate_json(json.dumps(law_parameters(swarm, law)))
@@ -103,27 +111,32 @@ def law_problems(swarm: Swarm) -> Iterator[Problem]:
 
 def _contradictions(declared: Information, swarm: Swarm) -> Iterator[str]:
     """Yield what the law declares but the swarm cannot give, each with its remedy."""
-    edges, named = swarm.graph.edges, {edge[:2] for edge in swarm.graph.edges}
     try:
         law_form(declared)
     except (FormError, NameError) as error:
         yield str(error)
-    virtual = any(source in swarm.leaders and not swarm.leading[source].has_body for source, _ in named)
-    if declared.neighbours and virtual:
+    sensing = swarm.avoidance.sensing
+    bodiless = {i for i in swarm.leaders if not swarm.leading[i].has_body}
+    if declared.neighbours and bodiless.intersection(source for source, *_ in swarm.graph.edges):
         yield "it sees its neighbours, but leader.kind = 'virtual' has no body to be seen: give the leader one"
-    if declared.around and declared.radius > 0.0 and swarm.avoidance.sensing != "nearby":
+    if declared.around and declared.radius > 0.0 and sensing != "nearby":
         yield "it sees whoever is around, but avoidance.sensing = 'neighbours' has no sensor for that: use 'nearby'"
-    if swarm.avoidance.sensing == "neighbours" and not _knows_positions(declared):
+    if sensing == "neighbours" and not _knows_positions(declared):
         yield "it may not know its neighbours' positions, which avoidance.sensing = 'neighbours' sends: use 'nearby'"
     if not declared.directed:
-        lonely = [(j, i) for j, i in named if not {i, j}.intersection(swarm.leaders) and (i, j) not in named]
-        weights = {edge[:2]: edge[2] for edge in edges}
-        uneven = [(j, i) for j, i in named if (i, j) in named and weights[j, i] != weights[i, j]]
-        if lonely or uneven:
-            j, i = min(lonely or uneven)
-            yield f"it needs a symmetric graph: add the edge [{i}, {j}] to graph.edges, with the weight of [{j}, {i}]"
+        yield from _asymmetries(swarm)
     if swarm.auctioned and declared.message is not LeaderMotion:
         yield "places by an auction need a law that relays the leader (information = RELAYING): name the places"
+
+
+def _asymmetries(swarm: Swarm) -> Iterator[str]:
+    """Yield the first edge between followers without its reverse, or else the first of another weight than that."""
+    weights = {edge[:2]: edge[2] for edge in swarm.graph.edges}
+    lonely = [(j, i) for j, i in weights if (i, j) not in weights and not {i, j}.intersection(swarm.leaders)]
+    uneven = [(j, i) for j, i in weights if weights.get((i, j), weights[j, i]) != weights[j, i]]
+    if lonely or uneven:
+        j, i = min(lonely or uneven)
+        yield f"it needs a symmetric graph: add the edge [{i}, {j}] to graph.edges, with the weight of [{j}, {i}]"
 
 
 def _knows_positions(declared: Information) -> bool:
@@ -162,49 +175,61 @@ def dry_flight(swarm: Swarm, number: int, said: list[object]) -> Iterator[tuple[
 
     It observes what it declares; its neighbours send what it has `said` itself, or their estimates.
     """
-    declared = information_of(swarm)
-    period = 1.0 / swarm.control.rate_hz
-    sole = swarm.sole_leader
-    leader = add(
-        swarm.drone(sole).start if sole in swarm.flying and sole is not None else ZERO,
-        (0.0, 0.0, swarm.limits.takeoff_height),
-    )
+    declared, relayed, leader = information_of(swarm), relays(swarm), _place_of_leader(swarm)
+    period, estimates = 1.0 / swarm.control.rate_hz, swarm.topology.neighbours(number)
     rank = swarm.followers.index(number)
-    estimates = swarm.topology.neighbours(number)
     ranks = {j: swarm.followers.index(j) for j in estimates if j in swarm.followers}
-    place = Place(swarm.build_formation(), rank, START, ranks)
-    start, flown = swarm.drone(number).start, add(add(leader, place.offset(0.0)), OFF_PLACE)
-    kinds = (BodyKind.DRONE, BodyKind.OBSTACLE) if swarm.obstacles else (BodyKind.DRONE,)
-    bodies = tuple([Body(kind, BESIDE, 0.0) for kind in kinds])
-    for step, (when, position, reference) in enumerate(
+    formation = Place(swarm.build_formation(), rank, START, ranks)
+    start, flown = swarm.drone(number).start, add(add(leader, formation.offset(0.0)), OFF_PLACE)
+    for step, (when, position, place) in enumerate(
         (
             ("has no pose yet", None, None),
             ("stands on the ground", start, None),
-            *[(IN_FORMATION, flown, place)] * 4,
-            ("flies on without a pose", None, place),
+            *[(IN_FORMATION, flown, formation)] * 4,
+            ("flies on without a pose", None, formation),
         )
     ):
         now = START + round(step * period * SECOND)
-        motion = Motion(position, ZERO, position) if position is not None else None
-        content = LeaderMotion(leader) if relays(swarm) else said[-1] if said else None
-        heard = [Heard(j, weight, j in swarm.leaders, now, step, content) for j, weight in estimates.items()]
-        heard = heard if motion is not None and content is not None else []
-        seen = [
-            sensed(declared.neighbours, j, BESIDE, ZERO, weight=weight, leads=j in swarm.leaders)
-            for j, weight in estimates.items()
-        ]
-        other = number + 1 if declared.named else -1
-        around = [sensed(declared.around, other, BESIDE, ZERO)] if declared.radius else []
-        near = bodies if reference is not None else ()
-        yield when, Observation(
-            t=(now - START) / SECOND if reference is not None else 0.0, dt=period, stamp=now,
-            position=position if declared.own & Sense.POSITION else None,
-            velocity=ZERO if declared.own & Sense.VELOCITY and motion is not None else None,
-            neighbours=seen if declared.neighbours and motion is not None else (),
-            around=around if declared.around and motion is not None else (),
-            bodies=near if declared.around else (), heard=heard, news=() if relays(swarm) else heard,
-            place=reference, now=now, motion=motion if declared.own & STATE == STATE else None,
-        )  # fmt: skip
+        observation = Observation(dt=period, stamp=now, place=place, now=now)
+        if place is not None:
+            bodies = _bodies_beside(swarm) if declared.around else ()
+            observation = observation._replace(t=(now - START) / SECOND, bodies=bodies)
+        if position is not None:
+            observation = observation._replace(**_sensed(swarm, number, declared, position))
+            content = LeaderMotion(leader) if relayed else said[-1] if said else None
+            heard = [Heard(j, weight, j in swarm.leaders, now, step, content) for j, weight in estimates.items()]
+            heard = heard if content is not None else []
+            observation = observation._replace(heard=heard, news=() if relayed else heard)
+        yield when, observation
+
+
+def _place_of_leader(swarm: Swarm) -> Vector:
+    sole = swarm.sole_leader
+    start = swarm.drone(sole).start if sole is not None and sole in swarm.flying else ZERO
+    return add(start, (0.0, 0.0, swarm.limits.takeoff_height))
+
+
+def _bodies_beside(swarm: Swarm) -> tuple[Body, ...]:
+    kinds = (BodyKind.DRONE, BodyKind.OBSTACLE) if swarm.obstacles else (BodyKind.DRONE,)
+    return tuple([Body(kind, BESIDE, 0.0) for kind in kinds])
+
+
+def _sensed(swarm: Swarm, number: int, declared: Information, position: Vector) -> dict[str, object]:
+    """Return the fields of what a law that declares `declared` senses at `position`: itself, and drones beside it."""
+    leaders, weights = swarm.leaders, swarm.topology.neighbours(number)
+    own, motion = declared.own, Motion(position, ZERO, position)
+    found: dict[str, object] = {
+        "position": position if own & Sense.POSITION else None,
+        "velocity": ZERO if own & Sense.VELOCITY else None,
+        "motion": motion if own & STATE == STATE else None,
+    }
+    if declared.neighbours:
+        senses = declared.neighbours
+        seen = [sensed(senses, j, BESIDE, ZERO, weight=weight, leads=j in leaders) for j, weight in weights.items()]
+        found["neighbours"] = seen
+    if declared.around and declared.radius:
+        found["around"] = [sensed(declared.around, number + 1 if declared.named else -1, BESIDE, ZERO)]
+    return found
 
 
 def law_check(swarm: Swarm) -> Checked:
