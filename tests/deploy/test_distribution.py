@@ -1,7 +1,7 @@
 """The source distribution, and its wheel: installed in an environment of its own, the wheel flies a swarm."""
 
-import shutil
 import re
+import shutil
 import subprocess
 import sys
 import tarfile
