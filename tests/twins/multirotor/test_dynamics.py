@@ -11,11 +11,12 @@ from flockwire_core.domain.pose import LEVEL
 from flockwire_core.domain.quaternion import rotate
 from flockwire_twins.multirotor import fitted
 from flockwire_twins.multirotor.fitted import FittedModel
-from flockwire_twins.multirotor.rotors import EVERY, RotorModel, RotorState
+from flockwire_twins.multirotor.parameters import Parameters
+from flockwire_twins.multirotor.rotors import RotorModel
 
 MODELS = tomllib.loads(Path(package.__file__).with_name("models.toml").read_text())
 DT, FINE = 0.002, 20
-CALM = (0.0, 0.0, 0.0)
+CALM, EVERY = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 1.0)
 MIX = np.array([(-1, -1, 1, 1), (-1, 1, 1, -1), (-1, 1, -1, 1)], dtype=float)
 GRAVITY = np.array([0.0, 0.0, -9.81])
 
@@ -60,7 +61,8 @@ def test_the_fitted_model_is_the_public_one(name):
     b, by, m, gain, lag = (
         f["tilt_damping_per_s"], f["yaw_damping_per_s"], table["mass_kg"], f["thrust_gain"], f["thrust_lag_s"]
     )  # fmt: skip
-    model = FittedModel(m, tuple(table["drag_kg_per_s"]), (a, b, c), (ay, by, cy), gain, lag, DT)
+    p = Parameters.model_validate(table)
+    model = FittedModel(p, p.fitted)
     hover, drag = m * 9.81 / gain, drag_of(table)
     state, known = fitted.standing((0.0, 0.0, 1.0), 0.0, hover), np.array([0, 0, 1] + [0.0] * 9 + [hover])
 
@@ -75,20 +77,18 @@ def test_the_fitted_model_is_the_public_one(name):
     found, expected = [], []
     for k in range(240):
         command = (0.1, 0.25, 0.3, 1.2 * hover) if k < 140 else (-0.2, 0.0, 0.3, 0.9 * hover)
-        found.append((*state.position, *state.velocity, state.roll[0], state.pitch[0], state.yaw[0], state.thrust))
+        position, velocity, _, roll, pitch, yaw, _, thrust = state
+        found.append((*position, *velocity, roll[0], pitch[0], yaw[0], thrust))
         expected.append([*known[:9], known[12]])
         state, known = model.flown(state, command, wind, 1.0, 1.0), rk4(derivative, known, DT)
     within(found, expected)
 
 
-def rotor_model(name, **changed):
+def rotor_model(name, drag=None, **changed):
     table = MODELS[name]
-    r = {"damping_n_m_s": 0.0, **table["rotors"], **changed}
-    return RotorModel(
-        table["mass_kg"], changed.get("drag", tuple(table["drag_kg_per_s"])), r["arm_m"], tuple(r["inertia_kg_m2"]),
-        r["damping_n_m_s"], tuple(r["thrust_per_rpm"]), tuple(r["torque_per_rpm"]), tuple(r["faster_per_s"]),
-        tuple(r["slower_per_s"]), r["propeller_kg_m2"], DT,
-    )  # fmt: skip
+    figures = {"drag_kg_per_s": drag or table["drag_kg_per_s"], "rotors": {**table["rotors"], **changed}}
+    p = Parameters.model_validate({**table, **figures})
+    return RotorModel(p, p.rotors)
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -101,7 +101,7 @@ def test_the_model_with_rotors_is_the_public_one_with_the_momentum_of_its_propel
     hover = (np.sqrt(p1 * p1 + p2 * m * 9.81) - p1) / (2 * p2)
     propeller, damping = r["propeller_kg_m2"] * 2 * pi / 60, r.get("damping_n_m_s", 0.0)
     speeds = (hover,) * 4
-    state = RotorState((0.0, 0.0, 1.0), CALM, CALM, LEVEL, model.momentum(LEVEL, CALM, speeds), speeds)
+    state = ((0.0, 0.0, 1.0), CALM, CALM, LEVEL, model.momentum(LEVEL, CALM, speeds), speeds)
     known = np.array([0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, *speeds], dtype=float)
 
     def derivative(s):
@@ -124,8 +124,8 @@ def test_the_model_with_rotors_is_the_public_one_with_the_momentum_of_its_propel
     found, expected = [], []
     for k in range(100):
         command = hover * np.array([1.0, 1.01, 1.02, 1.01] if k < 50 else [1.02, 1.0, 0.97, 0.99])
-        omega = model.rates(state.orientation, state.momentum, state.speeds)
-        found.append((*state.position, *state.velocity, *state.orientation, *omega, *state.speeds))
+        position, velocity, _, q, momentum, turning = state
+        found.append((*position, *velocity, *q, *model.rates(q, momentum, turning), *turning))
         expected.append(known)
         state, known = model.flown(state, tuple(command), CALM, 1.0, EVERY), rk4(derivative, known, DT)
     within(found, expected)
@@ -139,13 +139,14 @@ def test_in_free_fall_energy_and_angular_momentum_stay(name, omega):
     inertia, mass = np.array(MODELS[name]["rotors"]["inertia_kg_m2"]), MODELS[name]["mass_kg"]
     speeds = (15e3, 18e3, 15e3, 18e3)
     whole = model.momentum(LEVEL, omega, speeds)
-    state = RotorState((0.0, 0.0, 1.0), (1.0, 0.5, 2.0), (0.0, 0.0, -9.81), LEVEL, whole, speeds)
+    state = ((0.0, 0.0, 1.0), (1.0, 0.5, 2.0), (0.0, 0.0, -9.81), LEVEL, whole, speeds)
 
     def conserved(s):
-        spun = np.array(model.rates(s.orientation, s.momentum, s.speeds))
-        h = -35e-9 * 2 * pi / 60 * (MIX[2] @ s.speeds)
-        momentum = np.array(rotate(s.orientation, tuple(inertia * spun + (0, 0, h))))
-        level = 0.5 * mass * np.dot(s.velocity, s.velocity) + mass * 9.81 * s.position[2]
+        position, velocity, _, q, whole, turning = s
+        spun = np.array(model.rates(q, whole, turning))
+        h = -35e-9 * 2 * pi / 60 * (MIX[2] @ turning)
+        momentum = np.array(rotate(q, tuple(inertia * spun + (0, 0, h))))
+        level = 0.5 * mass * np.dot(velocity, velocity) + mass * 9.81 * position[2]
         return momentum, 0.5 * inertia @ (spun * spun), level
 
     momentum, turning, level = conserved(state)
@@ -155,4 +156,4 @@ def test_in_free_fall_energy_and_angular_momentum_stay(name, omega):
     assert later == pytest.approx(momentum, rel=1e-9)
     assert turns == pytest.approx(turning, rel=5e-3)
     assert levels == pytest.approx(level, rel=1e-9)
-    assert abs(1.0 - np.linalg.norm(state.orientation)) < 1e-12
+    assert abs(1.0 - np.linalg.norm(state[3])) < 1e-12

@@ -114,8 +114,8 @@ class Multirotor(FlyingBody):
     def _stand(self, place: Vector) -> None:
         """Stand on the ground, which it touches: level, unless its motors were off."""
         self._place, self._lifted, self._followed = place, False, ZERO
-        if self.state is STOPPED:
-            self.vehicle.rest(place)
+        if self.state is STOPPED:  # it lies as it fell
+            self.vehicle.position, self.vehicle.velocity = place, ZERO
         else:
             self.vehicle.stand(place, self._yaw, spins=False)
             self.state = GROUNDED

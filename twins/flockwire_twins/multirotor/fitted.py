@@ -11,76 +11,57 @@ position by Heun's rule.
 from __future__ import annotations
 
 from math import cos, exp, sin
-from typing import Final
 
-from flockwire_core.compiling import mypyc_attr
 from flockwire_core.domain.quaternion import Quaternion, product
-from flockwire_core.domain.record import Record
 from flockwire_core.domain.vector import ZERO, Vector
 from flockwire_core.process.driving import GRAVITY
 
+from flockwire_twins.multirotor.parameters import Fitted, Parameters
+
 UP: Vector = (0.0, 0.0, 1.0)
 Turn = tuple[float, float]  # an angle, rad, and its rate, rad/s
+# Position (m), velocity (m/s), acceleration (m/s²), world frame; roll, pitch, yaw; R e3; F, N.
+FittedState = tuple[Vector, Vector, Vector, Turn, Turn, Turn, Vector, float]
 Transition = tuple[float, float, float, float]
 
 
-@mypyc_attr(acyclic=True)
-class FittedState(Record):
-    """Position (m), velocity (m/s), acceleration (m/s²), world frame; roll, pitch, yaw; `up`: R e3; `thrust`: F, N."""
-
-    __slots__ = ("position", "velocity", "acceleration", "roll", "pitch", "yaw", "up", "thrust")
-
-    def __init__(
-        self, position: Vector, velocity: Vector, acceleration: Vector, roll: Turn, pitch: Turn, yaw: Turn, up: Vector,
-        thrust: float,
-    ) -> None:  # fmt: skip
-        self.position: Final = position
-        self.velocity: Final = velocity
-        self.acceleration: Final = acceleration
-        self.roll: Final = roll
-        self.pitch: Final = pitch
-        self.yaw: Final = yaw
-        self.up: Final = up
-        self.thrust: Final = thrust
-
-
 class FittedModel:
-    """The equations with their figures, for steps of `dt` s: `tilt` is (a, b, c), `yaw` (a_y, b_y, c_y)."""
+    """The equations with the figures of `p`."""
 
-    def __init__(
-        self, mass: float, drag: tuple[float, float], tilt: Vector, yaw: Vector, thrust_gain: float, thrust_lag: float,
-        dt: float,
-    ) -> None:  # fmt: skip
-        self._mass, self._drag, self._gain, self._dt = mass, drag, thrust_gain, dt
-        self.tilt_gain, self.yaw_gain = -tilt[2] / tilt[0], -yaw[2] / yaw[0]  # of a steady command
-        self._tilt, self._yaw = transition(tilt[0], tilt[1], dt), transition(yaw[0], yaw[1], dt)
-        self._decay = exp(-dt / thrust_lag)
+    def __init__(self, p: Parameters, f: Fitted) -> None:
+        (a, c), (ay, cy), self._dt = f.tilt_per_s2, f.yaw_per_s2, p.step_s
+        self._mass, self._drag, self._gain = p.mass_kg, p.drag_kg_per_s, f.thrust_gain
+        self.tilt_gain, self.yaw_gain = -c / a, -cy / ay  # of a steady command
+        self._tilt, self._yaw = (
+            transition(a, f.tilt_damping_per_s, p.step_s),
+            transition(ay, f.yaw_damping_per_s, p.step_s),
+        )
+        self._decay = exp(-p.step_s / f.thrust_lag_s)
 
     def flown(self, s: FittedState, command: Quaternion, wind: Vector, mass: float, lift: float) -> FittedState:
         """Return the state a step later.
 
         `command` is roll_cmd, pitch_cmd, yaw_cmd (rad), F_cmd (N); `mass` and `lift` are shares of m and k_F.
         """
-        dt, decay, (roll, pitch, yaw, thrust) = self._dt, self._decay, command
-        rolled = turned(s.roll, self.tilt_gain * roll, self._tilt)
-        pitched = turned(s.pitch, self.tilt_gain * pitch, self._tilt)
-        yawed = turned(s.yaw, self.yaw_gain * yaw, self._yaw)
-        up, force = axis(rolled[0], pitched[0], yawed[0]), thrust + decay * (s.thrust - thrust)
-        per_mass, ((x, y, z), (vx, vy, vz)) = 1.0 / (mass * self._mass), (s.position, s.velocity)
+        (x, y, z), (vx, vy, vz), _, roll, pitch, yaw, up, thrust = s
+        dt, per_mass = self._dt, 1.0 / (mass * self._mass)
+        roll = turned(roll, self.tilt_gain * command[0], self._tilt)
+        pitch = turned(pitch, self.tilt_gain * command[1], self._tilt)
+        yaw = turned(yaw, self.yaw_gain * command[2], self._yaw)
         lifted = self._gain * lift * per_mass
-        ax, ay, az = accelerated(lifted * s.thrust, s.up, s.velocity, wind, self._drag, per_mass)
+        ax, ay, az = accelerated(lifted * thrust, up, (vx, vy, vz), wind, self._drag, per_mass)
+        up, thrust = axis(roll[0], pitch[0], yaw[0]), command[3] + self._decay * (thrust - command[3])
         later = (vx + ax * dt, vy + ay * dt, vz + az * dt)
-        bx, by, bz = accelerated(lifted * force, up, later, wind, self._drag, per_mass)
+        bx, by, bz = accelerated(lifted * thrust, up, later, wind, self._drag, per_mass)
         h = dt / 2.0
         ux, uy, uz = vx + h * (ax + bx), vy + h * (ay + by), vz + h * (az + bz)
         position = (x + h * (vx + ux), y + h * (vy + uy), z + h * (vz + uz))
-        return FittedState(position, (ux, uy, uz), (bx, by, bz), rolled, pitched, yawed, up, force)
+        return (position, (ux, uy, uz), (bx, by, bz), roll, pitch, yaw, up, thrust)
 
 
 def standing(position: Vector, yaw: float, thrust: float = 0.0) -> FittedState:
     """Return the state of a vehicle at rest."""
-    level = (0.0, 0.0)
-    return FittedState(position, ZERO, ZERO, level, level, (yaw, 0.0), UP, thrust)
+    return (position, ZERO, ZERO, (0.0, 0.0), (0.0, 0.0), (yaw, 0.0), UP, thrust)
 
 
 def accelerated(
@@ -113,9 +94,9 @@ def turned(turn: Turn, steady: float, m: Transition) -> Turn:
 
 def axis(roll: float, pitch: float, yaw: float) -> Vector:
     """Return R e3, R = R_z(yaw) R_y(pitch) R_x(roll)."""
-    forward, left = cos(roll) * sin(pitch), -sin(roll)
-    c, s = cos(yaw), sin(yaw)
-    return (c * forward - s * left, s * forward + c * left, cos(roll) * cos(pitch))
+    level, left, c, s = cos(roll), -sin(roll), cos(yaw), sin(yaw)
+    forward = level * sin(pitch)
+    return (c * forward - s * left, s * forward + c * left, level * cos(pitch))
 
 
 def quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:

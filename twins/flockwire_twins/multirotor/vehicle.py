@@ -6,34 +6,35 @@ from math import asin, atan2, cos, sin
 
 from flockwire_core.domain.pose import LEVEL, wrapped, yaw_of
 from flockwire_core.domain.quaternion import Quaternion, rotate
-from flockwire_core.domain.vector import ZERO, Vector, norm, scale
+from flockwire_core.domain.vector import ZERO, Vector, scale
 
-from flockwire_twins.multirotor import fitted, rotors
-from flockwire_twins.multirotor.autopilot import RotorLoop, VelocityLoop
+from flockwire_twins.multirotor import fitted
+from flockwire_twins.multirotor.autopilot import RotorLoop, VelocityLoop, length
 from flockwire_twins.multirotor.fitted import UP, FittedModel
 from flockwire_twins.multirotor.parameters import Fitted, Parameters, Rotors
-from flockwire_twins.multirotor.rotors import Four, RotorModel, RotorState, times, whole
+from flockwire_twins.multirotor.rotors import Four, RotorModel, RotorState, quadratic, times, whole
 from flockwire_twins.simulated_airframe import Wear
+
+STILL: Four = (0.0, 0.0, 0.0, 0.0)
 
 
 class Vehicle:
-    """The common part; `thrust` is a share of the most."""
+    """The common part; `thrust` is a share of the most, `up` its axis."""
 
     def __init__(self, p: Parameters) -> None:
-        self.wear = Wear()
-        self.loop = VelocityLoop(p)
-        self.position, self.velocity, self.orientation, self.thrust = ZERO, ZERO, LEVEL, 0.0
-        self.up = UP
+        self.wear, self.loop = Wear(), VelocityLoop(p)
+        self.position, self.velocity, self.up, self.thrust = ZERO, ZERO, UP, 0.0
         self._mass, self._most = p.mass_kg, 4.0 * p.thrust_n[1]
         gain = p.fitted.thrust_gain if p.fitted is not None else 1.0
         self._bounds = (4.0 * p.thrust_n[0] * gain / p.mass_kg, self._most * gain / p.mass_kg)
 
-    def stand(self, position: Vector, yaw: float, spins: bool) -> None:
-        """Stand level at `position` (m, world) with the heading `yaw` (rad); its rotors stop, or spin as they do."""
+    @property
+    def orientation(self) -> Quaternion:
+        """Its orientation."""
         raise NotImplementedError
 
-    def rest(self, position: Vector) -> None:
-        """Stop at `position`, as it lies."""
+    def stand(self, position: Vector, yaw: float, spins: bool) -> None:
+        """Stand level at `position` (m, world) with the heading `yaw` (rad); its rotors stop, or spin as they do."""
         raise NotImplementedError
 
     def fly(
@@ -45,7 +46,7 @@ class Vehicle:
         """
         raise NotImplementedError
 
-    def _wanted(self, wanted: Vector, change: Vector, acceleration: Vector, acting: Vector, voltage: float) -> Vector:
+    def _thrust(self, wanted: Vector, change: Vector, acceleration: Vector, acting: Vector, voltage: float) -> Vector:
         self.loop.gain, (least, most) = self.wear.gains, self._bounds
         return self.loop.thrust(wanted, change, self.velocity, acceleration, acting, (least, most * voltage * voltage))
 
@@ -55,41 +56,36 @@ class FittedVehicle(Vehicle):
 
     def __init__(self, p: Parameters, f: Fitted) -> None:
         super().__init__(p)
-        (a, c), (ay, cy) = f.tilt_per_s2, f.yaw_per_s2
-        tilt, yaw = (a, f.tilt_damping_per_s, c), (ay, f.yaw_damping_per_s, cy)
-        self._gain = f.thrust_gain
-        self._model = FittedModel(p.mass_kg, p.drag_kg_per_s, tilt, yaw, f.thrust_gain, f.thrust_lag_s, p.step_s)
-        self._state = fitted.standing(ZERO, 0.0)
+        self._gain, self._model, self._state = f.thrust_gain, FittedModel(p, f), fitted.standing(ZERO, 0.0)
+
+    @property
+    def orientation(self) -> Quaternion:
+        """Its orientation."""
+        return fitted.quaternion(self._state[3][0], self._state[4][0], self._state[5][0])
 
     def stand(self, position: Vector, yaw: float, spins: bool) -> None:
         """Stand level."""
-        self._show(fitted.standing(position, yaw, self._state.thrust if spins else 0.0))
+        self._show(fitted.standing(position, yaw, self._state[7] if spins else 0.0))
         self.loop.reset()
-
-    def rest(self, position: Vector) -> None:
-        """Stop as it lies."""
-        s = self._state
-        self._show(fitted.FittedState(position, ZERO, ZERO, s.roll, s.pitch, s.yaw, s.up, 0.0))
 
     def fly(
         self, wanted: Vector, change: Vector, yaw: float, wind: Vector, lift: float, voltage: float, motors: bool
     ) -> None:
         """Fly a step."""
-        s, wear = self._state, self.wear
-        command: Quaternion = (0.0, 0.0, 0.0, 0.0)
+        s, model, command = self._state, self._model, STILL
         if motors:
-            f = self._wanted(wanted, change, s.acceleration, scale(s.up, self._gain * s.thrust / self._mass), voltage)
-            size, heading, model = norm(f), s.yaw[0], self._model
-            c, n = cos(heading), sin(heading)
-            forward, left = c * f[0] + n * f[1], c * f[1] - n * f[0]
-            roll, pitch = -asin(left / size) / model.tilt_gain, atan2(forward, f[2]) / model.tilt_gain
-            command = (roll, pitch, yaw / model.yaw_gain, self._mass * size / self._gain)
-        self._show(self._model.flown(s, command, wind, wear.mass, lift * whole(wear.rotors) / 4.0))
+            acting = scale(self.up, self._gain * s[7] / self._mass)
+            x, y, z = f = self._thrust(wanted, change, s[2], acting, voltage)
+            size, c, n = length(f), cos(s[5][0]), sin(s[5][0])
+            roll, pitch = asin((n * x - c * y) / size), atan2(c * x + n * y, z)
+            tilt, force = model.tilt_gain, self._mass * size / self._gain
+            command = (roll / tilt, pitch / tilt, yaw / model.yaw_gain, force)
+        r = self.wear.rotors
+        self._show(model.flown(s, command, wind, self.wear.mass, lift * (r[0] + r[1] + r[2] + r[3]) / 4.0))
 
     def _show(self, state: fitted.FittedState) -> None:
-        self._state, self.position, self.velocity, self.up = state, state.position, state.velocity, state.up
-        self.orientation = fitted.quaternion(state.roll[0], state.pitch[0], state.yaw[0])
-        self.thrust = state.thrust / self._most
+        self._state, self.position, self.velocity = state, state[0], state[1]
+        self.up, self.thrust = state[6], state[7] / self._most
 
 
 class RotorVehicle(Vehicle):
@@ -97,50 +93,42 @@ class RotorVehicle(Vehicle):
 
     def __init__(self, p: Parameters, r: Rotors) -> None:
         super().__init__(p)
-        self._torque, self._inertia = r.torque_per_rpm, r.inertia_kg_m2
-        self._attitude = RotorLoop(p.autopilot, r, p.thrust_n, p.step_s)
-        self._model = RotorModel(
-            p.mass_kg, p.drag_kg_per_s, r.arm_m, r.inertia_kg_m2, r.damping_n_m_s, r.thrust_per_rpm, r.torque_per_rpm,
-            r.faster_per_s, r.slower_per_s, r.propeller_kg_m2, p.step_s,
-        )  # fmt: skip
-        self._speeds: Four = (0.0, 0.0, 0.0, 0.0)
-        self._forces = self._speeds  # N, of each rotor
-        self._state = RotorState(ZERO, ZERO, ZERO, LEVEL, ZERO, self._speeds)
+        self._model = model = RotorModel(p, r)
+        self._attitude, self._forces = RotorLoop(p, model), STILL  # N
+        self._state: RotorState = (ZERO, ZERO, ZERO, LEVEL, ZERO, STILL)
+
+    @property
+    def orientation(self) -> Quaternion:
+        """Its orientation."""
+        return self._state[3]
 
     def stand(self, position: Vector, yaw: float, spins: bool) -> None:
         """Stand level."""
-        q, speeds = fitted.quaternion(0.0, 0.0, yaw), self._state.speeds
-        speeds = speeds if spins else (0.0, 0.0, 0.0, 0.0)
-        self._show(RotorState(position, ZERO, ZERO, q, self._model.momentum(q, ZERO, speeds), speeds))
+        q, speeds = fitted.quaternion(0.0, 0.0, yaw), self._state[5] if spins else STILL
+        self._show((position, ZERO, ZERO, q, self._model.momentum(q, ZERO, speeds), speeds))
         self.loop.reset()
         self._attitude.reset()
-
-    def rest(self, position: Vector) -> None:
-        """Stop as it lies."""
-        q, still = self.orientation, (0.0, 0.0, 0.0, 0.0)
-        self._show(RotorState(position, ZERO, ZERO, q, ZERO, still))
 
     def fly(
         self, wanted: Vector, change: Vector, yaw: float, wind: Vector, lift: float, voltage: float, motors: bool
     ) -> None:
         """Fly a step."""
-        s, wear, command = self._state, self.wear, self._speeds
+        s, model, command = self._state, self._model, STILL
+        _, _, acceleration, q, momentum, speeds = s
         if motors:
-            f = self._wanted(wanted, change, s.acceleration, scale(self.up, whole(self._forces) / self._mass), voltage)
-            size, (jx, jy, jz) = norm(f), self._inertia
-            tx, ty, tz = self._model.torques(self._forces, rotors.quadratic(self._torque, s.speeds), ZERO)
-            acting = (tx / jx, ty / jy, tz / jz)  # as it believes: of undamaged rotors, without damping
-            command = self._attitude.speeds(
-                scale(f, 1.0 / size), self._mass * size, wrapped(yaw - yaw_of(s.orientation)), s.orientation,
-                self._model.rates(s.orientation, s.momentum, s.speeds), acting, s.speeds, voltage,
-            )  # fmt: skip
-        shares = times(wear.rotors, (lift, lift, lift, lift))
-        self._show(self._model.flown(s, command, wind, wear.mass, shares))
+            acting = scale(self.up, whole(self._forces) / self._mass)
+            f = self._thrust(wanted, change, acceleration, acting, voltage)
+            tx, ty, tz = model.torques(self._forces, quadratic(model.torque, speeds), ZERO)
+            (jx, jy, jz), size, turn = model.inertia, length(f), wrapped(yaw - yaw_of(q))
+            known = (tx / jx, ty / jy, tz / jz)  # as it believes: of undamaged rotors, without damping
+            rates, up = model.rates(q, momentum, speeds), scale(f, 1.0 / size)
+            command = self._attitude.speeds(up, self._mass * size, turn, q, rates, known, speeds, voltage)
+        shares = times(self.wear.rotors, (lift, lift, lift, lift))
+        self._show(model.flown(s, command, wind, self.wear.mass, shares))
 
     def _show(self, state: RotorState) -> None:
-        self._state, self.position, self.velocity = state, state.position, state.velocity
-        self.orientation, self.up = state.orientation, rotate(state.orientation, UP)
-        self._forces = self._model.forces(state.speeds)
+        self._state, self.position, self.velocity = state, state[0], state[1]
+        self.up, self._forces = rotate(state[3], UP), quadratic(self._model.thrust, state[5])
         self.thrust = whole(self._forces) / self._most
 
 
