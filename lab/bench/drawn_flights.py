@@ -5,10 +5,10 @@
 
 `faults` are short flights of the paper's swarm with one to three faults, `rare faults` those with what few flights meet
 (fault_judge.py); `stacked` are three drones above each other without poses (stacked.py). `pairs` and `sequences` are
-orders of several stations (order_pairs.py, order_sequences.py), `laws` those that know no safety, alone and among
-people (hostile.py), `own poses` and `lies` those of the tracker (bodies.py). A bad flight, or one whose code raises, is
-printed with its seed. Without --only the families take turns; --seconds ends one process after so much processor time.
-The status is 1 if any flight was bad; at the end stands what the flights showed.
+orders of several stations (order_pairs.py, order_sequences.py), `laws` those that know no safety, alone, with
+multirotors and among people (hostile.py), `own poses` and `lies` those of the tracker (bodies.py). A bad flight, or one
+whose code raises, is printed with its seed. Without --only the families take turns; --seconds ends one process after
+so much processor time. The status is 1 if any flight was bad; at the end stands what the flights showed.
 """
 
 from __future__ import annotations
@@ -54,6 +54,7 @@ FAMILIES: dict[str, Callable[[int], str | fault_judge.Result]] = {  # what is ba
     "pairs": lambda seed: order_pairs.fly(order_pairs.case_of(seed)).wrong,
     "sequences": lambda seed: order_sequences.fly(seed).wrong,
     "laws": lambda seed: _breached(hostile.fly(hostile.point_of(seed))),
+    "laws with multirotors": lambda seed: _breached(hostile.fly_multirotors(hostile.point_of(seed))),
     "laws among people": lambda seed: _breached(hostile.fly(hostile.point_of(seed), people=True)),
     "own poses": lambda seed: "" if bodies.fly_honest(seed) else "taken for another body",
     "lies": lambda seed: "" if bodies.fly_lie(*bodies.lie_of(seed))[1] else "missed, or harmed somebody",

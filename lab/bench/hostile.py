@@ -28,6 +28,7 @@ from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.process import Published
 from flockwire_lab.search.space import Genes
 from flockwire_lab.world import World
+from flockwire_twins.multirotor.swarm_file import MODELS
 
 GENES = 96  # coordinates of a flight
 DURATION = 8.0  # s, from the order to take off to that to land, where a flight ends here
@@ -178,6 +179,17 @@ def measured(table: Table, faults: Sequence[Table] = (), duration: float = DURAT
 def fly(point: Sequence[float], people: bool = False) -> Result:
     """Fly the flight of a point."""
     return measured(*drawn(point, people))
+
+
+def fly_multirotors(point: Sequence[float]) -> Result:
+    """Fly the flight of a point with multirotors, of one model, by the fitted model or with rotors."""
+    table, faults = drawn(point, people=False)
+    model = [*MODELS][int(point[-1] * len(MODELS))]
+    dead_time = 0.15 if model == "quad_1kg" else 0.1  # s, as identified (docs/multirotor.md)
+    table["airframes"] = {"multirotor": {"model": model, "rotors": point[-2] < 0.3, "dead_time": dead_time}}
+    for drone in table["drones"]:
+        drone["airframe"] = "multirotor"
+    return measured(table, faults)
 
 
 def point_of(number: int) -> tuple[float, ...]:

@@ -57,7 +57,7 @@ class Multirotor(FlyingBody):
 
     def wear(self, wear: Wear) -> None:
         """Set what is wrong with it."""
-        self.vehicle.wear = wear
+        self.vehicle.suffer(wear)
 
     @property
     def remark(self) -> str:

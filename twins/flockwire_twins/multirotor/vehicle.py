@@ -22,11 +22,16 @@ class Vehicle:
     """The common part; `thrust` is a share of the most, `up` its axis."""
 
     def __init__(self, p: Parameters) -> None:
-        self.wear, self.loop = Wear(), VelocityLoop(p)
+        self.loop = VelocityLoop(p)
+        self.suffer(Wear())
         self.position, self.velocity, self.up, self.thrust = ZERO, ZERO, UP, 0.0
         self._mass, self._most = p.mass_kg, 4.0 * p.thrust_n[1]
         gain = p.fitted.thrust_gain if p.fitted is not None else 1.0
         self._bounds = (4.0 * p.thrust_n[0] * gain / p.mass_kg, self._most * gain / p.mass_kg)
+
+    def suffer(self, wear: Wear) -> None:
+        """Set what is wrong with it."""
+        self._masses, self.loop.gain, self._shares = wear.mass, wear.gains, wear.rotors
 
     @property
     def orientation(self) -> Quaternion:
@@ -47,7 +52,7 @@ class Vehicle:
         raise NotImplementedError
 
     def _thrust(self, wanted: Vector, change: Vector, acceleration: Vector, acting: Vector, voltage: float) -> Vector:
-        self.loop.gain, (least, most) = self.wear.gains, self._bounds
+        least, most = self._bounds
         return self.loop.thrust(wanted, change, self.velocity, acceleration, acting, (least, most * voltage * voltage))
 
 
@@ -80,8 +85,7 @@ class FittedVehicle(Vehicle):
             roll, pitch = asin((n * x - c * y) / size), atan2(c * x + n * y, z)
             tilt, force = model.tilt_gain, self._mass * size / self._gain
             command = (roll / tilt, pitch / tilt, yaw / model.yaw_gain, force)
-        r = self.wear.rotors
-        self._show(model.flown(s, command, wind, self.wear.mass, lift * (r[0] + r[1] + r[2] + r[3]) / 4.0))
+        self._show(model.flown(s, command, wind, self._masses, lift * whole(self._shares) / 4.0))
 
     def _show(self, state: fitted.FittedState) -> None:
         self._state, self.position, self.velocity = state, state[0], state[1]
@@ -123,8 +127,8 @@ class RotorVehicle(Vehicle):
             known = (tx / jx, ty / jy, tz / jz)  # as it believes: of undamaged rotors, without damping
             rates, up = model.rates(q, momentum, speeds), scale(f, 1.0 / size)
             command = self._attitude.speeds(up, self._mass * size, turn, q, rates, known, speeds, voltage)
-        shares = times(self.wear.rotors, (lift, lift, lift, lift))
-        self._show(model.flown(s, command, wind, self.wear.mass, shares))
+        shares = times(self._shares, (lift, lift, lift, lift))
+        self._show(model.flown(s, command, wind, self._masses, shares))
 
     def _show(self, state: RotorState) -> None:
         self._state, self.position, self.velocity = state, state[0], state[1]
