@@ -109,7 +109,10 @@ def guard_parameters(swarm: Swarm, number: int) -> GuardParameters:
 
 
 def law_parameters(swarm: Swarm, law: object) -> dict[str, object]:
-    """Return [control.parameters] for the class `law`; what its model needs beyond them, other tables hold."""
+    """Return [control.parameters] for the class `law`; what its model needs beyond them, other tables hold.
+
+    `leader_places` (m, by number), which are the leaders' starts, any model may have.
+    """
     control, observer, avoidance = swarm.control, swarm.observer, swarm.avoidance
     tables = {
         "formation_gain": control.formation_gain,
@@ -124,9 +127,11 @@ def law_parameters(swarm: Swarm, law: object) -> dict[str, object]:
         "sidestep_reach": avoidance.sidestep_reach,
         **potential_parameters(swarm)._asdict(),
     }
+    starts = {i: swarm.drone(i).start if one.has_body else one.start for i, one in swarm.leading.items()}
     fields = getattr(getattr(law, "Parameters", None), "model_fields", {})
+    places = {"leader_places": starts} if "leader_places" in fields else {}
     needed = {name: tables[name] for name, field in fields.items() if field.is_required() and name in tables}
-    return needed | control.parameters
+    return {**needed, **places, **control.parameters}
 
 
 def law_settings(swarm: Swarm, number: int) -> LawSettings:

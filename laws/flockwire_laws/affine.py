@@ -8,7 +8,7 @@ S. Zhao, "Affine formation maneuver control of multiagent systems", IEEE Trans. 
 
 p, v position, velocity (m, m/s), k and kv 1/s, kp 1/s^2, gamma_i = sum_j omega_ij; v_j or a_j is what j commands, or a
 leader flies. The weights of the edges are stresses omega_ij = omega_ji of either sign, sum_j omega_ij (r_i − r_j) = 0
-at the nominal r: the places, and for leaders `leader_places` (m). d + 1 leaders span the shape, three in a plane. p_f
+at the nominal r: the places; of leaders `leader_places` (m), their starts. d + 1 leaders span the shape. p_f
 -> −Omega_ff^-1 Omega_fl p_l, whatever affine image the leaders show: 7a at the rate k lambda_min(Omega_ff), 7b
 e' = −k e, 7c e'' + kv e' + kp e = 0. 7b and 7c need rho(M) < 1, m_ij = omega_ij / gamma_i among followers: what
 is fed on is a sample old, and that error counts 1/(1 − rho) fold.

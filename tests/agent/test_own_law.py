@@ -15,7 +15,7 @@ from flockwire.law import RELAYING, SECOND, Decision, LawSettings, LeaderMotion,
 from flockwire_agent.gains import PaperGains
 from flockwire_core import law
 from flockwire_core.law import check_decision
-from flockwire_core.loading import SwarmFileError
+from flockwire_core.loading import SwarmFileError, load_swarm
 from flockwire_core.own_law import load_law
 from flockwire_core.parameters import law_settings
 from flockwire_core.swarm.laws import BUILT_IN
@@ -119,6 +119,8 @@ def test_parameters_of_the_built_in_laws_are_those_of_the_tables_or_their_own(ma
     changes = {"control.law": "paper", "observer.gain": 2.0, "control.parameters": {"observer_exponent": 3.0}}
     gains = PaperGains.of(law_settings(make_swarm(changes), 1).parameters)
     assert (gains.observer_gain, gains.observer_exponent) == (2.0, 3.0)
+    affine = load_swarm(Path(__file__).parents[2] / "laws/examples/affine.toml")
+    assert law_settings(affine, 4).parameters == {"leader_places": {i: affine.drone(i).start for i in (1, 2, 3)}}
     with pytest.raises(SwarmFileError, match=r"control.parameters.observer_gain = -1.0"):
         make_swarm({**changes, "control.parameters": {"observer_gain": -1.0}})
 
