@@ -127,9 +127,7 @@ class NatNetClient:
             await asyncio.sleep(0.1)  # s between two checks for datagrams to send
 
     def _keep_joined(self, now: int) -> None:
-        session, info, group = self._session, self._session.info, self._group or self._joined
-        if info is not None and info.multicast and self._table.multicast and self._group is None:
-            group = (info.group, info.data_port)
+        session, group = self._session, self._wanted_group()
         if group is None or (group == self._joined and now - max(self._tried_at, session.framed_at) <= SILENCE):
             return
         try:
@@ -138,6 +136,12 @@ class NatNetClient:
             session.failure = f"cannot join {group[0]}:{group[1]} on {self._table.interface}: {error.strerror or error}"
         else:
             session.failure = None
+
+    def _wanted_group(self) -> tuple[str, int] | None:
+        info = self._session.info
+        if self._group is None and self._table.multicast and info is not None and info.multicast:
+            return info.group, info.data_port
+        return self._group or self._joined
 
     def _join(self, group: tuple[str, int], now: int) -> None:
         self._tried_at = now

@@ -60,15 +60,18 @@ def names_in(parameters: bytes, streamed: int = 0) -> tuple[str, ...]:
 
     If the frames have as many bodies (`streamed`) as are enabled, they are those.
     """
-    if b"<!" in parameters:  # a document type could define entities without end
-        raise ValueError("its settings are not plain XML")
-    try:
-        tree = Xml.fromstring(parameters)  # noqa: S314
-    except Xml.ParseError as error:
-        raise ValueError(f"its settings are not XML: {error}") from None
-    bodies = [body for body in tree.iterfind(".//The_6D/Body") if body.find("Name") is not None]
+    bodies = [body for body in _tree(parameters).iterfind(".//The_6D/Body") if body.find("Name") is not None]
     enabled = [body for body in bodies if (body.findtext("Enabled") or "true").strip().lower() != "false"]
     names = tuple((body.findtext("Name") or "").strip() for body in (enabled if len(enabled) == streamed else bodies))
     if not names:
         raise ValueError("it has no rigid bodies: enable 6DOF tracking and define bodies in QTM's project options")
     return names
+
+
+def _tree(parameters: bytes) -> Xml.Element:
+    if b"<!" in parameters:  # a document type could define entities without end
+        raise ValueError("its settings are not plain XML")
+    try:
+        return Xml.fromstring(parameters)  # noqa: S314
+    except Xml.ParseError as error:
+        raise ValueError(f"its settings are not XML: {error}") from None

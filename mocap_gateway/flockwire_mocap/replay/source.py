@@ -17,6 +17,7 @@ from flockwire_core.domain.vector import Vector
 from flockwire_core.process.cores import Start
 from flockwire_core.ros.definitions import POSE
 from flockwire_core.ros.messages import SIGHTINGS, Sighting, read_sightings
+from flockwire_core.swarm.gateway import Replay
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.trace_files import parts
 from flockwire_core.wire.cdr import MessageError
@@ -136,20 +137,23 @@ def read_poses(path: Path, swarm: Swarm) -> list[RecordedPose]:
     table = swarm.gateway.replay
     names = BodyNames(table, swarm) if table.foreign else OwnNames(swarm)
     found, others, times = list[RecordedPose](), dict[str, None](), Times()
-    broken: Exception | None = None
+    broken: OSError | None = None
     for part in parts(path):
         try:
             found.extend(_poses_in(part, names, others, times))  # keeps what it has at an error
         except (McapError, MessageError, LengthError, StructError) as error:  # cut off: what was read is served
-            broken = error
-    if not found and broken is not None:
-        raise OSError(f"{path}: has no poses that can be read: {broken}") from broken
+            broken = OSError(f"that can be read: {error}")
     if not found:
-        wanted = table.array or table.topic or "/SWARM/uavN/pose"
-        there = f"; poses are on {_several(others)}: set gateway.replay.topic or array" if others else ""
-        raise OSError(f"{path}: has no poses on {wanted}{there}")
+        raise OSError(f"{path}: has no poses {broken or _elsewhere(table, others)}") from broken
     first = min(pose.elapsed for pose in found)
     return sorted([pose._replace(elapsed=pose.elapsed - first) for pose in found], key=lambda pose: pose[:2])
+
+
+def _elsewhere(table: Replay, others: Iterable[str]) -> str:
+    """Return where no poses are, and where some are."""
+    there = _several(others)
+    where = f"; poses are on {there}: set gateway.replay.topic or array" if there else ""
+    return f"on {table.array or table.topic or '/SWARM/uavN/pose'}{where}"
 
 
 def _poses_in(path: Path, names: BodyNames | OwnNames, others: dict[str, None], times: Times) -> Iterator[RecordedPose]:

@@ -46,8 +46,10 @@ class BodyNames:
             if len(found) != len(self.bodies):
                 raise LengthError(f"{topic} has {len(found)} poses, but {len(self.bodies)} bodies are expected")
             return zip(self.bodies, found, strict=True)
-        if ros_type == TRANSFORMS:
-            self._parents |= {one.name: one.frame for one in found if one.name in self._known}
-            parents = set(self._parents.values())
-            found = [one for one in found if one.frame in parents]  # others are parts of robots
-        return [(one.name, one) for one in found]
+        return [(one.name, one) for one in (self._bodies_among(found) if ros_type == TRANSFORMS else found)]
+
+    def _bodies_among(self, found: list[Sighting]) -> list[Sighting]:
+        """Return the transforms whose parents have a known body: others are parts of robots."""
+        self._parents |= {one.name: one.frame for one in found if one.name in self._known}
+        parents = set(self._parents.values())
+        return [one for one in found if one.frame in parents]

@@ -82,8 +82,7 @@ class Inspection:
         if not rows:
             return [trouble or NO_FRAMES]
         there = {row.drone: row for row in rows if row.drone is not None}
-        free = ", ".join(repr(row.name) for row in rows if row.drone is None)
-        seen = f"; free bodies: {free}" if free else ""
+        seen = _free_bodies(rows)
         lines = [trouble] if trouble else []
         for i in self._swarm.tracked:
             if i not in there:
@@ -127,3 +126,9 @@ class Inspection:
         motion = hypot(*(pstdev(axis) for axis in zip(*body.places, strict=True)))
         rate, latency = 1.0 / max(fmean(gaps), 1e-9), median(body.latencies) / SECOND
         return BodyFigures(shown, drone, rate, pstdev(gaps), latency, lost, (x, y, z), motion)
+
+
+def _free_bodies(rows: list[BodyFigures]) -> str:
+    """Return a clause with the names of the bodies that are no drone's, empty without one."""
+    free = ", ".join(repr(row.name) for row in rows if row.drone is None)
+    return f"; free bodies: {free}" if free else ""
