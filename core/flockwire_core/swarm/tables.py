@@ -253,7 +253,7 @@ class Avoidance(Model):
 class Sensing(Model):
     """The relative sensors of laws, for which the gateway stands; each drone's draws are its own."""
 
-    noise: NotNegative = key(0.0, "of the places that laws see of others, per axis: standard deviation", "m")
+    noise: Margin = key(0.0, "of the places that laws see of others, per axis: standard deviation", "m")
     velocity_noise: NotNegative = key(0.0, "likewise, of velocities", "m/s")
 
 
