@@ -63,8 +63,13 @@ def law_files(swarm: Swarm) -> dict[str, Path]:
     file, folder = file.resolve(), Path(swarm.folder).resolve()
     if (file.parent / "__init__.py").is_file() and file.is_relative_to(folder):
         return _below(folder / file.relative_to(folder).parts[0], folder)
-    beside = (Path(one).resolve() for each in [*sys.modules.values()] if (one := getattr(each, "__file__", None)))
-    own = [path for path in beside if path.is_relative_to(folder) and "site-packages" not in path.parts]
+    return _imported(folder)
+
+
+def _imported(folder: Path) -> dict[str, Path]:
+    """Return the files in `folder` that this process has imported, but for those installed there."""
+    files = (Path(one).resolve() for each in [*sys.modules.values()] if (one := getattr(each, "__file__", None)))
+    own = [path for path in files if path.is_relative_to(folder) and "site-packages" not in path.parts]
     return {path.relative_to(folder).as_posix(): path for path in own}
 
 

@@ -26,7 +26,7 @@ def train(env, generations):
         tried = chance.normal(mean, spread, (POPULATION, 3))
         scores = [score(env, weights, generation) for weights in tried]
         best = tried[np.argsort(scores)[-BEST:]]
-        mean, spread = best.mean(axis=0), best.std(axis=0) + 0.05
+        mean, spread = best.mean(axis=0), best.std(axis=0) + 0.02
         print(f"generation {generation}: best return {max(scores):.1f}, weights {mean.round(2)}")
     return mean
 
@@ -34,4 +34,4 @@ def train(env, generations):
 if __name__ == "__main__":
     here = Path(__file__).with_name("swarm.toml")
     env = SwarmEnv(here, lambda state, i: -min(state.error(i), 3.0), duration=3.0, box=(5.0, 5.0))
-    np.save(WEIGHTS, train(env, int(sys.argv[1]) if len(sys.argv) > 1 else 8))
+    np.save(WEIGHTS, train(env, int(sys.argv[1]) if len(sys.argv) > 1 else 10))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import sys
 from pathlib import Path
 
@@ -55,6 +56,15 @@ def test_a_box_draws_other_starts_for_each_seed():
     one = env(box=(5.0, 5.0))
     starts = [tuple(one.reset(seed=seed)[0]["uav1"]) for seed in (1, 2, 1)]
     assert starts[0] == starts[2] != starts[1]
+
+
+def no_reward(state, number):
+    return 0.0
+
+
+def test_it_can_be_sent_to_another_process():
+    one = pickle.loads(pickle.dumps(SwarmEnv(SWARM, no_reward, 1.0)))
+    assert len(one.names("uav3")) == one.observation_space("uav3").shape[0]
 
 
 def test_a_law_with_messages_is_refused(tmp_path):
