@@ -138,12 +138,8 @@ def _max_speed(trace: Trace, number: int, span: Span) -> float | None:
     return float((moved * SECOND / (stamps[after[first]] - stamps[first])).max())
 
 
-def without_place(trace: Trace, number: int, stamps: Integers) -> Booleans:
-    """Return at which of `stamps` (Unix ns) the place of follower `number` cannot be had.
-
-    It is then nearer to an obstacle than the distance that the safety filter keeps, or outside the fence.
-    """
-    places = own_places(trace, number, stamps)
+def cannot_be_had(trace: Trace, places: Floats) -> Booleans:
+    """Return which `places` (m, shape n x 3) are nearer to an obstacle than the filter keeps, or outside the fence."""
     found = outside_fence(trace, places)
     for obstacle in trace.swarm.obstacles:
         found |= surface_distance(places, obstacle) < trace.swarm.avoidance.kept.obstacle

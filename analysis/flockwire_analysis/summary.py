@@ -19,7 +19,7 @@ from flockwire_analysis.key_figures import Messages, PhaseFigures, StepFigures, 
 from flockwire_analysis.latency import HOPS, latencies, percentiles
 from flockwire_analysis.phases import FormationPhase, Span, airborne, formation_of, formation_phases
 from flockwire_analysis.recorded import Trace
-from flockwire_analysis.separation import without_place
+from flockwire_analysis.separation import cannot_be_had
 from flockwire_analysis.series import Booleans
 
 
@@ -77,7 +77,10 @@ def _figures(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[PhaseFig
     if not phases:
         return ()
     observation, formation = tracking.observation_errors(trace), tracking.formation_errors(trace)
-    without = {number: without_place(trace, number, error.stamps) for number, error in formation.items()}
+    without = {
+        i: np.zeros(len(error.stamps), np.bool_) if error.places is None else cannot_be_had(trace, error.places)
+        for i, error in formation.items()
+    }
     judged = {
         i: tracking.Errors(error.stamps, np.where(without[i], 0.0, error.values)) for i, error in formation.items()
     }

@@ -20,10 +20,11 @@ SILENCE = SECOND // 2  # ns without a sample after which an error counts as unkn
 
 @dataclass(frozen=True, slots=True)
 class Errors:
-    """One follower's error: `stamps` in Unix ns, `values` in m."""
+    """One follower's error: `stamps` in Unix ns, `values` in m; its own place then, in m, if that is known."""
 
     stamps: Integers
     values: Floats
+    places: Floats | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,11 +106,12 @@ def formation_errors(trace: Trace) -> dict[int, Errors]:
         reported = {i: trace.of("status", i) for i in trace.followers}
         known = {i: in_formation(trace, each.stamps) & (each.values[:, 0] >= 0.0) for i, each in reported.items()}
         return {i: Errors(each.stamps[known[i]], each.values[known[i], 0]) for i, each in reported.items()}
-    leader, places = trace.leader, {i: trace.positions(i) for i in trace.followers}
-    return {
-        i: _errors(x.stamps, x.values - offsets(trace, i, x.stamps) - interpolated(leader, x.stamps))
-        for i, x in places.items()
-    }
+    found = {}
+    for i in trace.followers:
+        x = trace.positions(i)
+        offset, leader = offsets(trace, i, x.stamps), interpolated(trace.leader, x.stamps)
+        found[i] = _errors(x.stamps, x.values - offset - leader, offset + leader)
+    return found
 
 
 def figures(errors: dict[int, Errors], phase: Span) -> ErrorFigures:
@@ -196,7 +198,7 @@ def _unsettled(error: Errors, phase: Span) -> Integers:
     return np.concatenate([stamps[values >= SETTLED_BELOW], *gaps]).astype(np.int64)
 
 
-def _errors(stamps: Integers, error: Floats) -> Errors:
+def _errors(stamps: Integers, error: Floats, places: Floats | None = None) -> Errors:
     norms = np.sqrt(np.sum(error**2, axis=1))
     known = np.isfinite(norms)
-    return Errors(stamps[known], norms[known])
+    return Errors(stamps[known], norms[known], None if places is None else places[known])
