@@ -278,6 +278,14 @@ class Listing(Nothing):
     information = Information(message=Endless)
 
 
+class Heavy(Nothing):
+    information = Information(message=Wide)
+
+
+class Led3(Nothing):
+    information = Information(leaders=(3, 3))
+
+
 @pytest.mark.parametrize(
     ("law", "changes", "line"),
     [
@@ -286,6 +294,9 @@ class Listing(Nothing):
         (Telling, {}, "its information declares none"),
         (Unplanned, {}, "flies in formation: ArithmeticError: no solution"),
         (Listing, {}, "has no fixed size"),
+        (Heavy, {}, "message Wide takes 8800 bytes, at most 8192 may be sent"),
+        (Led3, {}, "needs 3, the file has 1"),
+        (Bearings, {"graph.edges": [[0, 1], [1, 2, -0.5], [2, 3], [3, 4]]}, "takes weights above 0 only"),
         (Around, {"avoidance.sensing": "neighbours"}, "avoidance.sensing = 'neighbours' has no sensor"),
         (Bearings, {"avoidance.sensing": "neighbours"}, "may not know its neighbours' positions"),
     ],
