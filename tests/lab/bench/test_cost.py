@@ -10,7 +10,7 @@ from cost import Tree, busy, calls, peak, processes
 
 TREE = Tree(Path(__file__).parents[3], compiled=False)
 # Of Python functions, in a virtual second of the paper's five drones, collecting included. 2,000 are the operator's
-# requests for swarm time, of the first ten seconds alone; 1,400 a law's that another process may compute.
+# requests for swarm time, of the first ten seconds alone.
 CALLS = 244_000
 HOLDS = "import sys, time; held = bytearray(b'x') * (200 << 20); print(flush=True); time.sleep(60.0)"
 
