@@ -72,11 +72,20 @@ def test_three_leaders_fly_their_own_paths_and_contain_the_others(fly_led: Calla
     assert error < 0.002  # the followers hear their leaders' velocities: without their messages 15 mm
 
 
-@pytest.mark.parametrize("law", ["containment:AtRest", pytest.param("containment:Containment", marks=pytest.mark.long)])
-def test_one_of_three_leaders_is_lost_and_all_hold_then_land(make_swarm: Callable[..., Any], law: str) -> None:
+@pytest.mark.parametrize(
+    ("law", "fault"),
+    [
+        ("containment:AtRest", {"kind": "kill"}),
+        pytest.param("containment:Containment", {"kind": "kill"}, marks=pytest.mark.long),
+        pytest.param("containment:Containment", {"kind": "freeze", "duration": 9.0}, marks=pytest.mark.long),
+    ],
+)
+def test_one_of_three_leaders_is_lost_and_all_hold_then_land(
+    make_swarm: Callable[..., Any], law: str, fault: dict[str, Any]
+) -> None:
     swarm = make_swarm(LED | {"control.law": f"flockwire_laws.{law}"})
-    kill = parse_faults({"faults": [{"at": 6.0, "kind": "kill", "process": "leader3"}]}, Plan(swarm), "test")
-    _, trace = fly_in_memory(Flight(swarm, 0, 14.0, kill), lambda _: None)
+    lost = parse_faults({"faults": [{"at": 6.0, "process": "leader3", **fault}]}, Plan(swarm), "test")
+    _, trace = fly_in_memory(Flight(swarm, 0, 14.0, lost), lambda _: None)
     for pilot in ("uav4", "uav5"):  # uav4 has no edge from the lost leader
         told = [(change.stamp, change.phase) for change in trace.states[pilot]]
         phases = [phase for _, phase in told]
