@@ -34,7 +34,6 @@ from flockwire_lab.rare import Rare, RareBranches
 from flockwire_lab.virtual_time import LocalClock, Scheduler
 
 EPOCH = 1_790_000_000 * SECOND  # start of every virtual flight, Unix ns
-FIRST_GIVER = 1  # the number of the director's orders
 LINGER = SECOND // 10  # ns from the end of the flight to the end of the recording
 LONGEST = 3600.0  # s, longest flight
 COLLECT_AFTER = 50_000  # new objects after which Python looks for unused cycles: more than 200 drones have on the way
@@ -253,7 +252,7 @@ def _rare_collections() -> Iterator[None]:
 
 
 def _givers() -> Iterator[Callable[[], int]]:
-    """Yield for each station the numbers of its givers of orders; the operator's first flight has FIRST_GIVER."""
-    yield chain((FIRST_GIVER,), count((1 << 16) + 1)).__next__
+    """Yield for each station the numbers of its givers of orders; the operator's first flight has 1."""
+    yield chain((1,), count((1 << 16) + 1)).__next__
     for station in count(2):
         yield count((station << 16) + 1).__next__

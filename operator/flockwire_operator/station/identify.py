@@ -26,7 +26,6 @@ from flockwire_operator.station.identification import AxisFit, StepResponse, com
 from flockwire_operator.station.processes import Children
 from flockwire_operator.station.terminal.interrupts import Interrupts, interrupts
 
-TIME_KNOWN = 10.0  # s
 UNTIMED = "the gateway's time is not known: check the gateway and the link to it"
 UNITS = {Axis.CLOCKWISE: "rad"}
 Fits = dict[Axis, AxisFit]
@@ -86,10 +85,10 @@ async def begun(
 ) -> ExcitationCore:
     """Return the core that flies drone `number` of `swarm`, started when swarm time is known.
 
-    It waits for TIME_KNOWN s at most, and stops if it is `hopeless`.
+    It waits for 10 s at most, and stops if it is `hopeless`.
     """
     ended = asyncio.Event()
-    await swarm_clock.wait_for_time(ended, TIME_KNOWN, lambda: ended.set() if hopeless() else None)
+    await swarm_clock.wait_for_time(ended, 10.0, lambda: ended.set() if hopeless() else None)
     return ExcitationCore(swarm, number, clock.now(), axes)
 
 
