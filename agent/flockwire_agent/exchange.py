@@ -60,10 +60,12 @@ class Exchange:
         self.handlers: dict[Key, Callable[[Any], None]] = {
             **{Key("pose", uav(j)): self.neighbourhood.take_pose(j) for j in neighbours},
             **{Key("estimate", uav(j)): self.neighbourhood.take_estimate(j) for j in neighbours},
-            **({Key("law", uav(j)): self._hearing.take(j) for j in self._hearing.speakers} if self._hearing else {}),
-            **({Key("seen", uav(number)): self.sight.take} if self.sight else {}),
             **self._leadership.handlers,
         }
+        if self._hearing is not None:
+            self.handlers |= {Key("law", uav(j)): self._hearing.take(j) for j in self._hearing.speakers}
+        if self.sight is not None:
+            self.handlers[Key("seen", uav(number))] = self.sight.take
 
     def leave_out(self, drones: Container[int]) -> None:
         """Ignore `drones` until called again."""

@@ -70,6 +70,10 @@ class Guard:
         self._tracks = BodyTracks(BODY_TIME_CONSTANT)
         self._own: VelocityTracker | None = None  # as late as the others are: both of two see the same velocities
         self._epoch = 0  # Unix ns, time 0 of the tracks
+        drone, obstacle = parameters.separation
+        descent = parameters.vertical_speed
+        # separation, m, rank and speed of recovery, m/s, by BodyKind
+        self._asked = ((drone, _FIXED, inf), (obstacle, _FIXED, descent), (obstacle, _MOVER, inf))
         self.is_cornered = False  # no velocity within the limits satisfies what a mover asks
         self.cornered = 0  # how often it came to that
 
@@ -137,7 +141,6 @@ class Guard:
     ) -> tuple[list[HalfSpace], list[int]]:
         """Return what bodies seen `age` s ago ask, and its ranks; drones and what may be elsewhere ask in two."""
         parameters = self._parameters
-        drone_distance, obstacle_distance = parameters.separation
         slowness = parameters.slowness
         own = scale(subtract(motion.stopping, motion.position), STOPPING_DISTANCE_FACTOR if slowness else 1.0)
         horizon = STOPPING_DISTANCE_FACTOR * slowness + age
@@ -151,10 +154,10 @@ class Guard:
             vx, vy, vz = body.velocity
             velocity = ZERO if self._tracks.is_new(place) else tracked  # nor has the body seen for the first time one
             drone = body.kind is BodyKind.DRONE
-            vz = vz if drone or z else 0.0  # beside an upright cylinder no height matters, nor its rate
-            distance = drone_distance if drone else obstacle_distance + body.radius
-            recovery = parameters.vertical_speed if body.kind is BodyKind.OBSTACLE else inf
-            rank = _MOVER if body.kind is BodyKind.MOVER else _FIXED
+            distance, rank, recovery = self._asked[body.kind]
+            if not drone:
+                distance += body.radius
+                vz = vz if z else 0.0  # beside an upright cylinder no height matters, nor its rate
             yields = drone or (rank == _FIXED and body.velocity != ZERO)  # or its space grows
             unseen = drone and apart * apart > 2.0 * UNSEEN * norm(body.relative_position)
             for sx, sy, sz in both if unseen else alone:

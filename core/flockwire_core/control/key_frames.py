@@ -5,6 +5,7 @@ from bisect import bisect_right
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import count
 from math import isfinite
 
 from flockwire_core.domain.frozen import Frozen
@@ -87,14 +88,11 @@ def parse_key_frames(text: str) -> KeyFrames:
         track.append((t, place))
     if not frames:
         raise ValueError(f"line {number}: no key frame follows the header; at least one row per drone is needed")
-    missing = sorted(set(range(1, max(frames) + 1)) - set(frames)) if max(frames) > len(frames) else []
-    if missing:
-        raise ValueError(f"drone = {max(frames)} has key frames, drone = {missing[0]} none: ranks must have no gap")
-    tracks = [frames[drone] for drone in sorted(frames)]
-    return KeyFrames(
-        tuple(tuple(t for t, _ in track) for track in tracks),
-        tuple(tuple(place for _, place in track) for track in tracks),
-    )
+    if max(frames) > len(frames):
+        missing = next(drone for drone in count(1) if drone not in frames)
+        raise ValueError(f"drone = {max(frames)} has key frames, drone = {missing} none: ranks must have no gap")
+    columns = [tuple(zip(*frames[drone], strict=True)) for drone in sorted(frames)]
+    return KeyFrames(tuple(times for times, _ in columns), tuple(places for _, places in columns))
 
 
 def _parsed(lines: Iterable[tuple[int, list[str]]]) -> Iterator[tuple[int, float, int, Vector]]:

@@ -114,18 +114,22 @@ class StopDelivery(OrderDelivery):
     """
 
     def _step(self, fleet: Fleet, news: str, since: int) -> Stop | None:
-        drones = self._plan.pilots
-        received = tuple(uav(i) for i in drones if fleet.received_stop(i))
-        unknown = ", ".join(uav(i) for i in drones if fleet.received_stop(i) and not fleet.has_stopped(i))
-        missing = tuple(uav(i) for i in drones if not fleet.received_stop(i))
-        # ns for a drone's state to show that its motors are off
-        if self.answer is None and (not (missing or unknown) or since >= (ANSWER_TIME if missing else DOWN_TIME)):
-            late = f"sent, but not confirmed by {', '.join(missing)}" if missing else ""
-            turning = f"received by {unknown}, not known to be down yet" if unknown else ""
-            self.answer = Answer(received, missing, "; ".join(filter(None, (late, turning))) if turning else "")
+        self.answer = self.answer or self._confirmed(fleet, since)
         if self.answer is not None and since >= STOP_TIME:
             return None
         return Stop(fleet.now, self._plan.swarm.frame, self.order.reason)
+
+    def _confirmed(self, fleet: Fleet, since: int) -> Answer | None:
+        """Return the answer once all motors are known to be off, or the time for that is over."""
+        missing = tuple(uav(i) for i in self._plan.pilots if not fleet.received_stop(i))
+        received = tuple(uav(i) for i in self._plan.pilots if fleet.received_stop(i))
+        turning = [uav(i) for i in self._plan.pilots if uav(i) in received and not fleet.has_stopped(i)]
+        # ns for a drone's state to show that its motors are off
+        if (missing or turning) and since < (ANSWER_TIME if missing else DOWN_TIME):
+            return None
+        late = f"sent, but not confirmed by {', '.join(missing)}; " if missing else ""
+        told = f"{late}received by {', '.join(turning)}, not known to be down yet"
+        return Answer(received, missing, told if turning else "")
 
 
 class DownDelivery(OrderDelivery):
@@ -239,9 +243,12 @@ class StartDelivery(ChangeDelivery):
             why = "; ".join(director.unready(fleet))
             self.answer = Answer(refusal=f"not ready: {why} (`--without ID` flies without a drone)")
         elif director.stage is Stage.FLYING and order is not None:
-            missing = fleet.unconfirmed(order)
-            late = tuple(p for i, p in fleet.pilots.items() if p in missing or fleet.phase(i) != Phase.FORMATION)
-            if not late and order.formation != self.order.formation:
-                self.answer = Answer(refusal="another formation was ordered meanwhile, by another station")
-            elif not (late or fleet.lacking(order)) or fleet.now - director.since >= ANSWER_TIME + LEAD_TIME:
-                self._answer(fleet, late)
+            self._judge_flight(order, fleet, fleet.now - director.since)
+
+    def _judge_flight(self, order: Mission, fleet: Fleet, since: int) -> None:
+        missing = fleet.unconfirmed(order)
+        late = tuple(p for i, p in fleet.pilots.items() if p in missing or fleet.phase(i) != Phase.FORMATION)
+        if not late and order.formation != self.order.formation:
+            self.answer = Answer(refusal="another formation was ordered meanwhile, by another station")
+        elif not (late or fleet.lacking(order)) or since >= ANSWER_TIME + LEAD_TIME:
+            self._answer(fleet, late)

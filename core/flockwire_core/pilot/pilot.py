@@ -211,9 +211,9 @@ class Pilot:
             self._stood += self.dt
         return [
             _lasting(self._retired, now),
-            1.0 if mission is not None and self._parameters.number in mission.without else 0.0,
-            1.0 if failure else 0.0,
-            1.0 if state is FlightState.HELD else 0.0,
+            float(mission is not None and self._parameters.number in mission.without),
+            float(failure),
+            float(state is FlightState.HELD),
             NEVER if self._body.why else pose_age,
             min(pose_age, age(self.born, now)),
             silence,
@@ -223,7 +223,7 @@ class Pilot:
             telemetry_age,
             telemetry.battery,
             self._parameters.room.outside(pose.position) if pose is not None else 0.0,
-            1.0 if state is FlightState.LANDING else 0.0,
+            float(state is FlightState.LANDING),
             pause / SECOND,
             (now - self._woke) / SECOND,
             _lasting(self.born, now) if mission is None else 0.0,

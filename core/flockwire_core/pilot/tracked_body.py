@@ -127,6 +127,13 @@ class TrackedBody:
             self._residual.forget_heights()
             self._apart = 0
             return
+        why = self._apart_by(motion, telemetry, phase, now)
+        self._apart = self._apart + 1 if why else 0
+        if self._apart >= 3:  # looks in a row at a body that moves apart
+            self.why, self.drifted = why, True
+
+    def _apart_by(self, motion: Motion, telemetry: Telemetry, phase: Phase, now: int) -> str:
+        """Return how the body moves apart from the airframe; "" if it does not."""
         since, residual, why = (now - self._born) / SECOND, self._residual, ""
         behind = abs(self.last.stamp - telemetry.stamp) / SECOND if self.last is not None else 0.0
         if rose := residual.rise(motion, telemetry.height, behind, since):
@@ -140,6 +147,4 @@ class TrackedBody:
                 self.why = REPEATS
             if speed := residual.apart():
                 why = f"moves {speed:.1f} m/s apart from its commands"
-        self._apart = self._apart + 1 if why else 0
-        if self._apart >= 3:  # looks in a row at a body that moves apart
-            self.why, self.drifted = why, True
+        return why

@@ -144,15 +144,19 @@ class Inbox:
             reason = "expired"
         if reason:
             return self._reject(reason)
-        self.missed = missed if missed < MOST_MISSED else MOST_MISSED
+        self.missed = min(missed, MOST_MISSED)
         self.sent, self._newest = sent, stamp
         if not same:
-            self._sequences[self._publisher] = self._sequence
-            self._publisher = publisher
-            if len(self._sequences) > 64:  # publishers of a key whose last sequence numbers are kept
-                del self._sequences[next(iter(self._sequences))]
+            self._change(publisher)
         self._sequence = sequence
         return message
+
+    def _change(self, publisher: bytes) -> None:
+        """Keep the last sequence number of the publisher before `publisher`."""
+        self._sequences[self._publisher] = self._sequence
+        self._publisher = publisher
+        if len(self._sequences) > 64:  # publishers of a key whose last sequence numbers are kept
+            del self._sequences[next(iter(self._sequences))]
 
     def _reject(self, reason: str) -> Message | None:
         self.rejected[reason] += 1
