@@ -26,7 +26,7 @@ def train(env, generations):
         tried = chance.normal(mean, spread, (POPULATION, 3))
         scores = [score(env, weights, generation) for weights in tried]
         best = tried[np.argsort(scores)[-BEST:]]
-        mean, spread = best.mean(axis=0), best.std(axis=0) + 0.02
+        mean, spread = best.mean(axis=0), best.std(axis=0) + 0.05
         print(f"generation {generation}: best return {max(scores):.1f}, weights {mean.round(2)}")
     return mean
 

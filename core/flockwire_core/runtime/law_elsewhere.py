@@ -53,8 +53,8 @@ class LawElsewhere:
         self._deadline = clock.monotonic() + self._patience
         while self._answered < self._asked:  # one that was late
             self._receive()
+        self._send([float(self._asked + 1), *self._observed.of(observation)])
         self._asked += 1
-        self._send([float(self._asked), *self._observed.of(observation)])
         answer = self._receive()
         if len(answer) not in (COMMAND, COMMAND + self._message):
             form = " or ".join(map(str, dict.fromkeys((COMMAND, COMMAND + self._message))))
@@ -72,8 +72,12 @@ class LawElsewhere:
         return [float(len(known)), *map(float, known), *weights, *leads, float(len(given)), *given]
 
     def _send(self, found: list[float]) -> None:
+        """Send a frame as a whole; raises TimeoutError before it begins, ConnectionError if it cannot end."""
         self._socket.settimeout(self._left())
-        self._socket.sendall(HEAD.pack(len(found), 0) + pack(f"<{len(found)}d", *found))
+        try:
+            self._socket.sendall(HEAD.pack(len(found), 0) + pack(f"<{len(found)}d", *found))
+        except TimeoutError:
+            raise ConnectionError(f"{self._where}: the program does not read") from None
 
     def _receive(self) -> tuple[float, ...]:
         """Return the next answer; raises TimeoutError, and keeps what has come of it."""

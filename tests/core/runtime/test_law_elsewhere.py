@@ -128,6 +128,17 @@ def test_an_answer_that_is_late_is_counted_and_dropped(served):
     assert not law.is_late
 
 
+def test_a_step_that_has_no_time_to_ask_awaits_no_answer(served, monkeypatch):
+    where, _ = served(lambda end, frame: write_frame(end, frame[0], frame[0], 0.0, 0.0, math.nan))
+    law = follower_law(where, 3)
+    assert law.step(SEEN).command[0] == 1.0
+    with monkeypatch.context() as patch:
+        patch.setattr("flockwire_core.runtime.law_elsewhere.clock.monotonic", iter((0, 10**12)).__next__)
+        with pytest.raises(TimeoutError):
+            law.step(SEEN)
+    assert law.step(SEEN).command[0] == 2.0
+
+
 @pytest.mark.parametrize(
     ("answer", "text"),
     [
