@@ -28,8 +28,7 @@ class Exchange:
     """
 
     def __init__(self, swarm: Swarm, number: int, declared: Information, form: LawForm | None, born: int) -> None:
-        neighbours, depths = swarm.topology.neighbours(number), swarm.topology.depths()
-        filtered, leaders = swarm.control.filtered, frozenset(swarm.leaders)
+        neighbours, leaders = swarm.topology.neighbours(number), frozenset(swarm.leaders)
         self.silence, self.missing, self.leader_down = 0.0, tuple[int, ...](), False
         self.heard: list[Heard] = []
         self.news: list[Heard] = []
@@ -46,15 +45,7 @@ class Exchange:
             self._hearing = Hearing(heard, leaders, form, declared.pace, declared.silence)
             self._sender = LawSender(form, declared.pace, swarm.frame, born)
         self._noticed = [part for part in (self.sight, self._hearing) if part is not None]
-        self.neighbourhood = Neighbourhood(
-            neighbours,
-            swarm.limits.staleness,
-            swarm.reference.kind,
-            swarm.limits.disagreement if filtered else inf,
-            frozenset(j for j in neighbours if filtered and depths.get(j, 0) < depths.get(number, 0)),
-            swarm.limits.speed,
-            swarm.sole_leader,
-        )
+        self.neighbourhood = _neighbourhood(swarm, number)
         self._leadership = Leadership(swarm)
         self._awaits_signs = bool(self._leadership.handlers)
         self.handlers: dict[Key, Callable[[Any], None]] = {
@@ -138,3 +129,16 @@ class Exchange:
             return report
         counts = (*report.counts, ("estimates left out", agreement.count))
         return report._replace(reasons=(*report.reasons, *agreement.reasons(now)), counts=counts)
+
+
+def _neighbourhood(swarm: Swarm, number: int) -> Neighbourhood:
+    neighbours, depths, filtered = swarm.topology.neighbours(number), swarm.topology.depths(), swarm.control.filtered
+    return Neighbourhood(
+        neighbours,
+        swarm.limits.staleness,
+        swarm.reference.kind,
+        swarm.limits.disagreement if filtered else inf,
+        frozenset(j for j in neighbours if filtered and depths.get(j, 0) < depths.get(number, 0)),
+        swarm.limits.speed,
+        swarm.sole_leader,
+    )

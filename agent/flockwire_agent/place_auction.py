@@ -86,11 +86,12 @@ class PlaceAuction:
         drone's `motion` and its `leader` estimate, and that may bid: the first estimate of a young process is a guess.
         Until then it passes bids on.
         """
-        order, auction = self._order, self._auction
+        order, auction, here = self._order, self._auction, None
         if order is None:
             return None
         listens = 0 < self._silent_until - now <= LISTENING
-        here = subtract(motion.position, leader.position) if motion is not None and leader is not None else None
+        if motion is not None and leader is not None:
+            here = subtract(motion.position, leader.position)
         if auction is None or (self._guessed and here is not None and not listens and auction.place is None):
             auction = self._opened(order, here, now)
             self._guessed = listens or here is None
@@ -99,12 +100,17 @@ class PlaceAuction:
         bids = tuple(auction.bids)
         if here is None and bids.count(NO_BID) == len(bids):
             return None
-        if self._told is None or bids != self._told.bids:
-            self._changed = now
-        elif 0 <= now - self._told.stamp < (SOON if 0 <= now - self._changed < NEW else REPEAT):
+        if self._is_known(bids, now):
             return None
         self._told = Bids(now, self._frame, order.version, bids)
         return self._told
+
+    def _is_known(self, bids: tuple[Bid, ...], now: int) -> bool:
+        """Return whether the neighbours were told `bids` a short while ago; new ones are told more often."""
+        if self._told is None or bids != self._told.bids:
+            self._changed = now
+            return False
+        return 0 <= now - self._told.stamp < (SOON if 0 <= now - self._changed < NEW else REPEAT)
 
     def _opened(self, order: Mission, here: Vector | None, now: int) -> Auction:
         """Return the auction of `order` by the costs at present, with the bids that were known before."""

@@ -140,12 +140,9 @@ class Guard:
         self, motion: Motion, bodies: Sequence[Body], age: float, approach: Approach
     ) -> tuple[list[HalfSpace], list[int]]:
         """Return what bodies seen `age` s ago ask, and its ranks; drones and what may be elsewhere ask in two."""
-        parameters = self._parameters
-        slowness = parameters.slowness
-        own = scale(subtract(motion.stopping, motion.position), STOPPING_DISTANCE_FACTOR if slowness else 1.0)
-        horizon = STOPPING_DISTANCE_FACTOR * slowness + age
+        horizon = STOPPING_DISTANCE_FACTOR * self._parameters.slowness + age
         tracked = self._own.velocity if self._own is not None else ZERO
-        seen = scale(tracked, horizon) if slowness else own  # `own` as the other drones see it
+        own, seen = self._stopping(motion, scale(tracked, horizon))
         alone, both, apart = [own], [own, seen], dist(own, seen)
         spaces: list[HalfSpace] = []
         ranks: list[int] = []
@@ -155,23 +152,34 @@ class Guard:
             velocity = ZERO if self._tracks.is_new(place) else tracked  # nor has the body seen for the first time one
             drone = body.kind is BodyKind.DRONE
             distance, rank, recovery = self._asked[body.kind]
+            upright = False
             if not drone:
                 distance += body.radius
-                vz = vz if z else 0.0  # beside an upright cylinder no height matters, nor its rate
+                upright = z == 0.0
+            if upright:  # beside such a cylinder no height matters, nor its rate
+                vz = 0.0
             yields = drone or (rank == _FIXED and body.velocity != ZERO)  # or its space grows
             unseen = drone and apart * apart > 2.0 * UNSEEN * norm(body.relative_position)
             for sx, sy, sz in both if unseen else alone:
-                rise = sz if drone or z else 0.0
+                rise = 0.0 if upright else sz
                 stopping = (sx - x - horizon * vx, sy - y - horizon * vy, rise - z - horizon * vz)
                 space = keep_clear((-x, -y, -z), stopping, velocity, (vx, vy, vz), drone, distance, approach, recovery)
                 if space is None:
                     continue
-                if yields and space[3] > 0.0:
-                    spaces.append((space[0], space[1], space[2], 0.0))
-                    ranks.append(_HALT)
+                if yields:
+                    rank = _HALT
+                    if space[3] > 0.0:
+                        spaces.append((space[0], space[1], space[2], 0.0))
+                        ranks.append(_HALT)
+                        rank = _FLIGHT
                 spaces.append(space)
-                ranks.append(rank if not yields else _FLIGHT if space[3] > 0.0 else _HALT)
+                ranks.append(rank)
         return spaces, ranks
+
+    def _stopping(self, motion: Motion, seen: Vector) -> tuple[Vector, Vector]:
+        """Return the way to the stopping point, and that way as the other drones see it: `seen` where it takes time."""
+        own = subtract(motion.stopping, motion.position)
+        return (scale(own, STOPPING_DISTANCE_FACTOR), seen) if self._parameters.slowness else (own, own)
 
 
 def _compromise(

@@ -73,8 +73,7 @@ def parse_key_frames(text: str) -> KeyFrames:
     Rows of different drones may be mixed; the times of one drone must grow; ranks must be 1 … n without a gap; empty
     lines are skipped. Raises ValueError that names the line, the value and the rule.
     """
-    rows = csv.reader(text.splitlines())
-    lines = ((rows.line_num, [cell.strip() for cell in row]) for row in rows if any(cell.strip() for cell in row))
+    lines = _lines(text)
     number, header = next(lines, (1, []))
     if header != HEADER:
         raise ValueError(f"line {number}: header is {','.join(header)!r}, it must be {','.join(HEADER)!r}")
@@ -93,6 +92,14 @@ def parse_key_frames(text: str) -> KeyFrames:
         raise ValueError(f"drone = {max(frames)} has key frames, drone = {missing} none: ranks must have no gap")
     columns = [tuple(zip(*frames[drone], strict=True)) for drone in sorted(frames)]
     return KeyFrames(tuple(times for times, _ in columns), tuple(places for _, places in columns))
+
+
+def _lines(text: str) -> Iterator[tuple[int, list[str]]]:
+    rows = csv.reader(text.splitlines())
+    for row in rows:
+        cells = [cell.strip() for cell in row]
+        if any(cells):
+            yield rows.line_num, cells
 
 
 def _parsed(lines: Iterable[tuple[int, list[str]]]) -> Iterator[tuple[int, float, int, Vector]]:

@@ -201,8 +201,7 @@ class Pilot:
     ) -> list[float]:
         """Return the values of the INPUTS at `now` (Unix ns), in their order."""
         mission, pose, telemetry = self.flight.mission, self._body.last, self._telemetry
-        down = leader_down and mission is not None and mission.in_formation and self.flight.phase in IN_FLIGHT
-        self._down_since = (self._down_since or now) if down else 0
+        self._down_since = (self._down_since or now) if leader_down and self._follows() else 0
         pose_age = age(pose.stamp, now) if pose is not None else NEVER
         telemetry_age, state = age(telemetry.stamp, now), telemetry.state
         # m above the ground: a drone that lands and is lower may stand there
@@ -230,6 +229,10 @@ class Pilot:
             self._stood if low else 0.0,
             telemetry_age if low else 0.0,
         ]
+
+    def _follows(self) -> bool:
+        mission = self.flight.mission
+        return mission is not None and mission.in_formation and self.flight.phase in IN_FLIGHT
 
     def retire(self, now: int) -> None:
         """Hold, then land, because the process must end."""

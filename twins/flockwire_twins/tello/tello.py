@@ -88,9 +88,7 @@ class SimulatedTello:
         if self.parameters.generation != "1.3" and (numbered := NUMBERED.fullmatch(text)) is not None:
             number, repetition, text = numbered.groups()
             prefix = number + repetition
-        if not (text.isascii() and text.isprintable()) and sender != self._binary:
-            self._binary = sender
-            self._note(NOT_TEXT.format(*sender))
+        self._examine(text, sender)
         asker, earlier = _Asker(sender, text, number, [prefix]), self._numbered
         if number and earlier is not None and (earlier.address, earlier.number, earlier.text) == (sender, number, text):
             self._repeat(earlier, asker, now)
@@ -103,6 +101,12 @@ class SimulatedTello:
         if number:
             self._numbered = asker
         self._command(text, asker, now)
+
+    def _examine(self, text: str, sender: Address) -> None:
+        """Note a command that is no text; once for each sender in turn."""
+        if not (text.isascii() and text.isprintable()) and sender != self._binary:
+            self._binary = sender
+            self._note(NOT_TEXT.format(*sender))
 
     def _repeat(self, earlier: _Asker, asker: _Asker, now: int) -> None:
         """Answer a numbered command that came before: with its reply, once there is one."""
