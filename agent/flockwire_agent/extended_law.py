@@ -11,21 +11,15 @@ from typing import ClassVar
 
 from flockwire_core.compiling import mypyc_attr
 from flockwire_core.control.airframe.first_order_lag import lead, stopping_reference
-from flockwire_core.control.around.bent_place import BentPlace
-from flockwire_core.control.around.sidestep import Sidestep, SidestepParameters
-from flockwire_core.control.around.way_of_mover import WayOfMover
-from flockwire_core.control.around.way_round import WayRound
+from flockwire_core.control.around.planner import Planner
 from flockwire_core.control.leader_track import LeaderTrack
 from flockwire_core.control.observer import ObserverParameters, relay_step
-from flockwire_core.domain.motion import LeaderMotion, Motion
+from flockwire_core.domain.motion import LeaderMotion
 from flockwire_core.domain.time import SECOND
-from flockwire_core.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
+from flockwire_core.domain.vector import ZERO, Vector, add, scale, subtract
 from flockwire_core.law import RELAYING, Decision, Heard, Information, LawSettings, Observation, Place, leader_of
-from flockwire_core.parameters import detour_parameters
 
 from flockwire_agent.gains import ExtendedGains
-
-SIDE_SWITCH_TIME = 3.0  # s without progress after which a drone changes the side; each drone adds its own share
 
 
 @mypyc_attr(allow_interpreted_subclasses=True)
@@ -36,8 +30,8 @@ class ExtendedLaw:
     Parameters: ClassVar[type] = ExtendedGains
 
     def __init__(self, settings: LawSettings) -> None:
-        gains, detour = ExtendedGains.of(settings.parameters), detour_parameters(settings.guard)
-        self._gain, self._speed = gains.formation_gain, settings.speed
+        gains = ExtendedGains.of(settings.parameters)
+        self._gain = gains.formation_gain
         self._lag, self._dead_time, self._hold = settings.lag, settings.dead_time, settings.period
         self._period = round(self._hold * SECOND)
         self._observer = ObserverParameters(gains.observer_gain, gains.observer_exponent)
@@ -46,11 +40,7 @@ class ExtendedLaw:
         self._waits, self._start = True, 0  # without a place in a formation; time 0 of the last one
         self._leader: LeaderMotion | None = None
         self._epoch = 0  # Unix ns, time 0 of the trackers
-        patience = SIDE_SWITCH_TIME * (1.0 + (settings.number * 0.618) % 1.0)
-        self._bent = BentPlace(detour)
-        self._way = WayRound(detour, 0.5 * patience)
-        self._mover = WayOfMover(detour)
-        self._sidestep = Sidestep(SidestepParameters(gains.safety_distances, gains.sidestep_reach), patience)
+        self._planner = Planner(settings.guard, self._gain, settings.number)
 
     def step(self, observation: Observation) -> Decision:
         """Relay the leader's motion, then track the place in the formation."""
@@ -64,28 +54,14 @@ class ExtendedLaw:
             return Decision(ZERO, leader)
         forward, error = self._tracking(observation, leader, observation.place, now)
         seconds = (now - self._epoch) / SECOND
-        return Decision(self._around(observation, observation.motion, forward, error, seconds), leader)
+        correction = self._planner.correction(error, observation.motion, forward, observation.bodies, seconds)
+        return Decision(add(forward, correction), leader)
 
     def _begin(self, place: Place | None) -> None:
         """Forget the leader's motion as a formation begins: the end of its take-off would count for 3 T as a fall."""
         if place is not None and self._waits and place.start != self._start:
             self._track, self._start = LeaderTrack(self._time_constant), place.start
         self._waits = place is None
-
-    def _around(self, observation: Observation, motion: Motion, forward: Vector, error: Vector, now: float) -> Vector:
-        """Return u_r − K (y − y_r), m/s, with the place bent and the correction turned round bodies; `now` in s."""
-        bodies, place = observation.bodies, subtract(motion.stopping, error)
-        offset, rate = self._bent.update(place, forward, motion.position, bodies, observation.dt)
-        if offset != ZERO:
-            error, forward = subtract(error, offset), add(forward, rate)
-        correction = limit(scale(error, -self._gain), self._speed)
-        if bodies:
-            to_go = (-error[0], -error[1])
-            correction, bodies = self._way.turned(correction, motion, forward, to_go, bodies, now)
-        wanted = add(forward, self._sidestep.turned(correction, bodies, norm(error), now, forward))
-        if not bodies:
-            return wanted
-        return self._mover.left(wanted, error, bodies, subtract(motion.stopping, motion.position))
 
     def _observe(self, observation: Observation, now: int) -> LeaderMotion | None:
         estimates = [(one.weight, self._motion(one).after((now - one.stamp) / SECOND)) for one in observation.heard]

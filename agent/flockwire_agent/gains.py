@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Literal
 
-from flockwire_core.domain.body import Separation
 from flockwire_core.law import NotNegative, Parameters, Positive
 
 
@@ -30,8 +29,6 @@ class PaperGains(ObserverGains):
 
 
 class ExtendedGains(ObserverGains):
-    """The gains of the extended law: the gap, m, beyond the safety distances below which a body is sidestepped."""
+    """The gains of the extended law."""
 
     leader_time_constant: Positive  # s, of the tracker of the leader's velocity
-    safety_distances: Separation  # m
-    sidestep_reach: Positive

@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from math import dist, inf
 from typing import NamedTuple
 
-from flockwire_core.control.around.bent_place import DetourParameters
-from flockwire_core.control.around.sidestep import SidestepParameters
 from flockwire_core.control.fence import Room
 from flockwire_core.control.formation import Formation
 from flockwire_core.control.guard import GuardParameters
@@ -113,7 +111,7 @@ def law_parameters(swarm: Swarm, law: object) -> dict[str, object]:
 
     `leader_places` (m, by number), which are the leaders' starts, any model may have.
     """
-    control, observer, avoidance = swarm.control, swarm.observer, swarm.avoidance
+    control, observer = swarm.control, swarm.observer
     tables = {
         "formation_gain": control.formation_gain,
         "compensation_gain": control.compensation_gain,
@@ -123,8 +121,6 @@ def law_parameters(swarm: Swarm, law: object) -> dict[str, object]:
         "observer_exponent": observer.exponent,
         "velocity_time_constant": observer.velocity_time_constant,
         "leader_time_constant": observer.leader_time_constant or leader_time_constant(swarm.depth),
-        "safety_distances": avoidance.safe,
-        "sidestep_reach": avoidance.sidestep_reach,
         **potential_parameters(swarm)._asdict(),
     }
     starts = {i: swarm.drone(i).start if one.has_body else one.start for i, one in swarm.leading.items()}
@@ -156,13 +152,3 @@ def potential_parameters(swarm: Swarm) -> PotentialParameters:
     return PotentialParameters(
         table.drone_gain, table.drone_influence_radius, table.obstacle_gain, table.obstacle_influence_radius
     )
-
-
-def sidestep_parameters(swarm: Swarm) -> SidestepParameters:
-    """Return the parameters of the sidestep."""
-    return SidestepParameters(swarm.avoidance.safe, swarm.avoidance.sidestep_reach)
-
-
-def detour_parameters(guard: GuardParameters) -> DetourParameters:
-    """Return the parameters of the detours of a drone with the safety filter `guard`."""
-    return DetourParameters(guard.separation, guard.room, guard.speed, guard.acceleration, 1.0 / guard.rate)

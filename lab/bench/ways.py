@@ -1,11 +1,10 @@
 """Do drones get round what is in their way? Families of drawn flights (way_draws.py), judged by their bars.
 
-    python lab/bench/ways.py [--flights 40] [--family NAME ...] [--jobs 2] [--ideal] [--planner]
+    python lab/bench/ways.py [--flights 40] [--family NAME ...] [--jobs 2] [--ideal]
 
 A row has a family's good flights, the median, 90 % and worst of its time, s, the smallest distances, m, and the share
 of the formation's steps in which the safety filter changed the commands of followers by more than CHANGED. The time is
 that of the last arrival (exchanges, grids), that off a place (crossing) or off a free place (person, obstacles).
-`--planner` flies the tangent graph (tangent_planner.py), which is to replace core's control/around.
 """
 
 from __future__ import annotations
@@ -221,9 +220,9 @@ def time_of(family: str, result: Result) -> float:
     return {"crossing": result.off, "person": result.away}.get(family, result.late)
 
 
-def flown(airframe: dict[str, Any], law: str, case: tuple[str, int]) -> Result:
-    """Fly flight (family, number) with a `law` of law_noted.py."""
-    BUILT_IN["extended"] = f"law_noted:{law}"
+def flown(airframe: dict[str, Any], case: tuple[str, int]) -> Result:
+    """Fly flight (family, number) with the law of law_noted.py."""
+    BUILT_IN["extended"] = "law_noted:Noted"
     return fly(*case, airframe)
 
 
@@ -234,7 +233,6 @@ def main() -> int:
     parser.add_argument("--family", choices=FAMILIES, nargs="*", default=list(FAMILIES))
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--ideal", action="store_true")
-    parser.add_argument("--planner", action="store_true")
     args = parser.parse_args()
     numbers, bad = range(args.flights), 0
     print(
@@ -242,7 +240,7 @@ def main() -> int:
     )
     with ProcessPoolExecutor(args.jobs) as pool:
         for family in args.family:
-            one = partial(flown, IDEAL if args.ideal else TELLO, "Planned" if args.planner else "Noted")
+            one = partial(flown, IDEAL if args.ideal else TELLO)
             found = list(pool.map(one, [(family, number) for number in numbers]))
             times = sorted(time_of(family, result) for result in found)
             shown = ", ".join(f"{times[min(int(share * len(times)), len(times) - 1)]:.1f}" for share in (0.5, 0.9, 1.0))

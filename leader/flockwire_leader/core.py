@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import cast
 
-from flockwire_core.control.around.way_of_mover import WayOfMover
 from flockwire_core.domain.airframe import Steer
+from flockwire_core.domain.motion import Motion
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
-from flockwire_core.domain.vector import ZERO, Vector, subtract
+from flockwire_core.domain.vector import ZERO, Vector
 from flockwire_core.objects import load_object
-from flockwire_core.parameters import detour_parameters, guard_parameters, pilot_parameters
+from flockwire_core.parameters import pilot_parameters
 from flockwire_core.pilot.leadership import LeaderSign
 from flockwire_core.pilot.neighbourhood import LEADING_PHASES
 from flockwire_core.pilot.pilot import Pilot
@@ -42,7 +42,6 @@ class FlyingLeader:
         self.prompt = frozenset({MISSION})
         self.period = pilot.period
         self._course = Course(swarm, number)
-        self._mover = WayOfMover(detour_parameters(guard_parameters(swarm, number))) if swarm.control.filtered else None
         ahead = airframe.lag + airframe.dead_time  # s
         self._leads_stopping = pilot.guard is not None and (ahead > 0.0 or pilot.disturbance > 0.0)
         self._teleoperation = Teleoperation(swarm, number) if swarm.leading[number].steered else None
@@ -105,11 +104,9 @@ class FlyingLeader:
         elif was is not Phase.FORMATION:
             course.resume(motion.position, (now - mission.start) / SECOND)
         t = (pilot.stamp - mission.start) / SECOND
-        stopping = motion.stopping if self._leads_stopping else None
-        wanted = course.velocity(motion.position, pilot.bodies, t, (now - pilot.born) / SECOND, stopping)
-        if self._mover is None or not pilot.bodies:
-            return wanted
-        return self._mover.left(wanted, ZERO, pilot.bodies, subtract(motion.stopping, motion.position))
+        if not self._leads_stopping:
+            motion = Motion(motion.position, motion.velocity, motion.position)
+        return course.velocity(motion, pilot.bodies, t, (now - pilot.born) / SECOND)
 
 
 def make_core(start: Start) -> Core:

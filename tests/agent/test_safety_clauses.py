@@ -9,19 +9,22 @@ from typing import Any
 
 import pytest
 from flockwire_core.control import barrier, guard
-from flockwire_core.control.around.bent_place import BentPlace
-from flockwire_core.control.around.way_round import WayRound
+from flockwire_core.control.around.planner import Planner
 from flockwire_core.control.barrier import sight_speed
 from flockwire_core.control.fence import Room
 from flockwire_core.control.safety_filter import nearest_velocity
-from flockwire_core.domain.vector import ZERO
+from flockwire_core.domain.vector import ZERO, Vector, limit, scale
 from flockwire_core.parameters import PilotParameters, pilot_parameters
 from flockwire_core.swarm.model import Swarm
 
 FAR = [0.0, 9.0]
 FACE_TO_FACE = ([FAR, [-1.5, 0.0], [1.5, 0.0]], {1: [1.5, -9.0, 0.0], 2: [-1.5, -9.0, 0.0]})
 TELLO = {"airframes.kinematics": {"lag": 0.25, "dead_time": 0.1}}
-STRAIGHT = {"avoidance.sidestep_reach": 1e-3}  # nobody turns aside: only the clause is between them
+
+
+def straight(_: Planner, error: Vector, *__: Any) -> Vector:
+    """Return a correction that turns aside for nobody: only the clause is between them."""
+    return limit(scale(error, -3.0), 3.0)
 
 
 def alone(**taken: Any) -> Callable[..., Any]:
@@ -64,13 +67,13 @@ def clear(flown: Any) -> bool:
     return flown.obstacle >= 0.3
 
 
-LEADER_COMES = {"leader.trajectory": {"kind": "constant", "velocity": [0.6, 0.0, 0.0]}, **STRAIGHT}
+LEADER_COMES = {"leader.trajectory": {"kind": "constant", "velocity": [0.6, 0.0, 0.0]}}
 AGAINST_THE_LEADER = ([[-2.5, 0.0], [0.0, 0.0]], {1: [-1.0, 0.0, 0.0]})
-AN_OBSTACLE = {**STRAIGHT, "obstacles": [{"center": [0.0, 0.0, 0.0]}]}
+AN_OBSTACLE = {"obstacles": [{"center": [0.0, 0.0, 0.0]}]}
 INTO_IT = ([FAR, [-1.5, 0.0]], {1: [1.5, -9.0, 0.0]})
 
 CLAUSES = {
-    "other drones": Clause(*FACE_TO_FACE, STRAIGHT, apart, {"keep_clear": alone(drones=True)}),
+    "other drones": Clause(*FACE_TO_FACE, {}, apart, {"keep_clear": alone(drones=True)}),
     "obstacles": Clause(
         *INTO_IT, AN_OBSTACLE, clear, {"keep_clear": alone(obstacles=True)},
     ),
@@ -79,7 +82,7 @@ CLAUSES = {
         *AGAINST_THE_LEADER, LEADER_COMES, apart, {"keep_clear": alone(velocity=True)}, stubborn_leader=True,
     ),
     "braking": Clause(
-        *FACE_TO_FACE, {**STRAIGHT, "limits.acceleration": 1.5}, apart,
+        *FACE_TO_FACE, {"limits.acceleration": 1.5}, apart,
         {"keep_clear": lambda *a: barrier.keep_clear(*a[:6], a[6]._replace(braking=inf), *a[7:])},
     ),
     "least violation": Clause(
@@ -91,10 +94,10 @@ CLAUSES = {
         without={"avoidance.margin": 0.0},
     ),
     "no faster than it sees": Clause(
-        *FACE_TO_FACE, {**STRAIGHT, **TELLO}, apart, {"sight_speed": lambda *_: inf}
+        *FACE_TO_FACE, {**TELLO}, apart, {"sight_speed": lambda *_: inf}
     ),
     "no faster than it learns of it": Clause(
-        *FACE_TO_FACE, {**STRAIGHT, "sim.delay": 0.03}, apart,
+        *FACE_TO_FACE, {"sim.delay": 0.03}, apart,
         {"sight_speed": lambda sight, r, _, b: sight_speed(sight, r, 0.03, b)},
     ),
     "fence": Clause(
@@ -126,8 +129,7 @@ def test_without_the_clause_it_goes_wrong(
     name: str, fly_flock: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     clause = CLAUSES[name]
-    monkeypatch.setattr(BentPlace, "update", lambda *_: (ZERO, ZERO))  # nor does a place: only the clause is between
-    monkeypatch.setattr(WayRound, "turned", lambda _, correction, *given: (correction, given[3]))
+    monkeypatch.setattr(Planner, "correction", straight)
     if clause.stubborn_leader:
         monkeypatch.setattr("flockwire_leader.core.pilot_parameters", unguarded)
     flown = fly_flock(clause.starts, clause.offsets, clause.changes, clause.duration)

@@ -26,7 +26,7 @@ def test_all_modules_of_a_compiled_folder_are_compiled_but_those_left_alone(hook
     assert folders
     missing = {file.name for folder in folders for file in folder.rglob("*.py") if file not in compiled}
     assert missing == hook.LEFT_ALONE
-    assert ROOT / "core/flockwire_core/control/around/way_round.py" in compiled
+    assert ROOT / "core/flockwire_core/control/around/planner.py" in compiled
     assert all(file.is_file() for file in compiled)
 
 

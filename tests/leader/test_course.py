@@ -10,6 +10,7 @@ import pytest
 from flockwire_core.control.airframe.disturbance import DisturbedAirframe
 from flockwire_core.control.airframe.first_order_lag import lagged_motion
 from flockwire_core.domain.body import Body, BodyKind
+from flockwire_core.domain.motion import Motion
 from flockwire_core.domain.vector import ZERO, Vector, add, scale, subtract
 from flockwire_core.wire.phase import Phase
 from flockwire_leader.course import CATCH_UP, SLACK, Course
@@ -19,6 +20,10 @@ from hypothesis import strategies as st
 FREE = {"control.law": "extended"}
 ACCELERATION = 10.0  # m/s^2, the default
 small = st.floats(-0.05, 0.05)
+
+
+def at(position: Vector, stopping: Vector | None = None) -> Motion:
+    return Motion(position, ZERO, position if stopping is None else stopping)
 
 
 def leg(length: float = 2.0) -> dict[str, Any]:
@@ -32,10 +37,11 @@ def test_while_nothing_hinders_its_time_is_exactly_mission_time(
     swarm = make_swarm({**FREE, "leader.trajectory": {"kind": "circle"}})
     course, way = Course(swarm, 0), swarm.leader.trajectory.build()
     course.restart((1.0, 2.0, 1.0), 0.0)
+    course.time.restart(t)  # it was asked without a pause
     there = add((1.0, 2.0, 1.0), way.position(t))
     position = subtract(there, error)
     correction = scale(subtract(add(subtract((1.0, 2.0, 1.0), way.position(0.0)), way.position(t)), position), 2.0)
-    assert course.velocity(position, (), t, t) == add(way.rate(t), correction)
+    assert course.velocity(at(position), (), t, t) == add(way.rate(t), correction)
 
 
 @pytest.mark.parametrize("airframe", [{}, {"airframes.kinematics": {"lag": 0.25, "dead_time": 0.1}}])
@@ -58,7 +64,11 @@ def fly(make_swarm: Callable[..., Any]) -> Callable[..., dict[float, float]]:
         position, velocity, sent, reached = (0.0, 0.0, 1.0), ZERO, [ZERO] * 200, {}
         for k in range(round(100 * duration)):
             reached[round(k / 100, 2)] = position[0]
-            sent.append(course.velocity(position, (), k / 100, k / 100))
+            coming = sent[len(sent) - round(100 * frame.dead_time) :]
+            stopping = add(position, scale(velocity, frame.lag))
+            for command in coming:
+                stopping = add(stopping, scale(command, 0.01))
+            sent.append(course.velocity(at(position, stopping), (), k / 100, k / 100))
             delayed = sent[-1 - round(100 * frame.dead_time)]
             velocity = add(delayed, scale(subtract(velocity, delayed), exp(-0.01 / frame.lag) if frame.lag else 0.0))
             position = add(position, scale(velocity, 0.01))
@@ -89,7 +99,7 @@ def test_the_goal_stops_within_reach_of_a_leader_that_is_stuck(make_swarm: Calla
     course.restart((0.0, 0.0, 1.0), 0.0)
     steps, pace = [], 1.0
     for k in range(1, 1000):
-        course.velocity((0.0, 0.0, 1.0), (), k / 100, k / 100)
+        course.velocity(at((0.0, 0.0, 1.0)), (), k / 100, k / 100)
         steps.append(abs(course.time.pace - pace))
         pace = course.time.pace
     assert pace < 0.01
@@ -102,7 +112,7 @@ def test_a_goal_that_lies_in_an_obstacle_continues_and_waits_behind_it(make_swar
     course.restart((0.0, 0.0, 1.0), 0.0)
     ahead = Body(BodyKind.OBSTACLE, (0.7, 0.0, 0.0), 0.3)  # 0.33 m round it nobody may be
     for k in range(1, 2000):
-        course.velocity((0.0, 0.0, 1.0), (ahead,), k / 100, k / 100)
+        course.velocity(at((0.0, 0.0, 1.0)), (ahead,), k / 100, k / 100)
     assert 1.33 < 0.3 * (20.0 - course.time.waited) < 1.6
 
 
@@ -115,17 +125,6 @@ def test_it_gets_round_an_obstacle_on_its_path_and_reaches_the_end(flying: Calla
     assert leader.clearance >= 0.3
     assert leader.jump <= ACCELERATION / 100 + 1e-9
     assert leader.position == pytest.approx(add(start, (4.0, 0.0, 0.0)), abs=0.02)
-
-
-@pytest.mark.sources  # replaces a compiled function
-def test_without_the_sidestep_it_stays_in_front_of_the_obstacle(
-    flying: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("flockwire_core.control.around.sidestep.sidestep", lambda wanted, *_: wanted)
-    leader = flying(leg(4.0))
-    leader.obstacles = [(add(leader.position, (1.3, 0.0, 0.0)), 0.4)]
-    leader.run(15.0)
-    assert leader.position[0] < 1.6
 
 
 def test_on_the_wrong_side_it_tries_the_other_one(flying: Callable[..., Any]) -> None:
@@ -173,7 +172,7 @@ def test_a_hold_is_no_time_in_which_its_bend_grows(make_swarm: Callable[..., Any
         for step in range(100):
             person = Body(BodyKind.MOVER, subtract((x + 1.2 - 0.008 * step, 0.1, 1.0), position), 0.3, (-0.4, 0.0, 0.0))
             now = begin + 0.02 * step
-            position = add(position, scale(course.velocity(position, [person], now, now), 0.02))
+            position = add(position, scale(course.velocity(at(position), [person], now, now), 0.02))
             away = max(away, abs(position[1]))
     assert 0.1 < away < 1.0
 
@@ -196,10 +195,10 @@ def test_a_new_flight_begins_without_the_bend_of_the_last_one(make_swarm: Callab
     course.restart(position, 0.0)
     person = Body(BodyKind.MOVER, (0.8, 0.1, 0.0), 0.3, (-0.4, 0.0, 0.0))
     for step in range(50):
-        bent = course.velocity(position, [person], 0.02 * step, 0.02 * step)
+        bent = course.velocity(at(position), [person], 0.02 * step, 0.02 * step)
     assert abs(bent[1]) > 0.05
     course.restart(position, 0.0)
-    assert course.velocity(position, (), 0.01, 1.0) == pytest.approx((0.306, 0.0, 0.0))
+    assert course.velocity(at(position), (), 0.01, 1.0) == pytest.approx((0.306, 0.0, 0.0))
 
 
 def test_a_stopping_point_is_led_with_the_goal_of_when_the_drone_would_stop(make_swarm: Callable[..., Any]) -> None:
@@ -210,8 +209,8 @@ def test_a_stopping_point_is_led_with_the_goal_of_when_the_drone_would_stop(make
     course.restart(way.position(0.0), 0.0)
     for t in (0.0, 0.05, 0.1):
         ahead = way.position(t + 0.35)
-        assert dist(course.velocity(way.position(t), (), t, t, ahead), way.rate(t + 0.35)) < 1e-9
-        behind = course.velocity(way.position(t), (), t, t, subtract(ahead, (0.1, 0.0, 0.0)))
+        assert dist(course.velocity(at(way.position(t), ahead), (), t, t), way.rate(t + 0.35)) < 1e-9
+        behind = course.velocity(at(way.position(t), subtract(ahead, (0.1, 0.0, 0.0))), (), t, t)
         assert dist(behind, add(way.rate(t + 0.35), (0.2, 0.0, 0.0))) < 1e-9
 
 
@@ -225,7 +224,7 @@ def test_the_trajectory_waits_for_the_stopping_point_where_a_wind_holds_the_posi
     course.restart((0.0, 0.0, 1.0), 0.0)
     for k in range(100):
         t = 0.01 * k
-        course.velocity((0.1 * t - 0.6, 0.0, 1.0), (), t, t, (0.1 * (t + 0.35) - behind, 0.0, 1.0))
+        course.velocity(at((0.1 * t - 0.6, 0.0, 1.0), (0.1 * (t + 0.35) - behind, 0.0, 1.0)), (), t, t)
     assert (course.time.pace < 0.5) == waits
 
 
@@ -246,7 +245,7 @@ def fly_leader_in_wind(make_swarm: Callable[..., Any]) -> Callable[[], float]:
         for k in range(3000):
             t = k / 100
             motion = state.measure(x, t, t)
-            sent.append(state.command(course.velocity(x, (), t, t, motion.stopping), t))
+            sent.append(state.command(course.velocity(motion, (), t, t), t))
             wind = (0.04 * sin(2.1 * t), 0.0, 0.0)
             x, v = lagged_motion(x, v, add(scale(sent[-14], 0.7), wind), 0.325, 0.01)
             if t > 15.0:

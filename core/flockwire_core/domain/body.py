@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from enum import IntEnum
+from math import hypot
 from typing import Final, NamedTuple
 
 from flockwire_core.compiling import mypyc_attr
 from flockwire_core.domain.record import Record
 from flockwire_core.domain.vector import ZERO, Vector, norm, scale
+
+AT_REST: Final = 0.1  # m/s, the speed of a person who stands, with the tracker's noise
 
 
 class BodyKind(IntEnum):
@@ -33,6 +36,13 @@ class Body(Record):
         self.relative_position: Final = relative_position
         self.radius: Final = radius
         self.velocity: Final = velocity
+
+
+def stands(body: Body) -> bool:
+    """Return whether `body` is an obstacle, or another body at rest that is not a drone."""
+    if body.kind is BodyKind.OBSTACLE:
+        return True
+    return body.kind is BodyKind.MOVER and hypot(body.velocity[0], body.velocity[1]) < AT_REST
 
 
 @mypyc_attr(acyclic=True)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import hypot
 
-from flockwire_core.control.around.bent_place import stands
 from flockwire_core.control.fence import Room
-from flockwire_core.domain.body import Body, Separation
+from flockwire_core.domain.body import Body, Separation, stands
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector, subtract
 from flockwire_core.swarm.tables import Checks

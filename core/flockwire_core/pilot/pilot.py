@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from flockwire_core.control.airframe.disturbance import DisturbedAirframe
 from flockwire_core.control.airframe.state import LEVEL, VERTICAL, WHOLE, AirframeState
-from flockwire_core.control.around.free_place import is_above, is_beneath
+from flockwire_core.control.free_place import is_above, is_beneath
 from flockwire_core.control.guard import Guard
 from flockwire_core.domain.airframe import Command, FlightState, Telemetry
 from flockwire_core.domain.body import Body

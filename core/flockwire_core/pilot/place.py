@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
-from flockwire_core.control.around.free_place import landing_place
+from flockwire_core.control.free_place import landing_place
 from flockwire_core.control.potential import repulsion
 from flockwire_core.domain.body import Body
 from flockwire_core.domain.vector import Vector, add, limit, scale

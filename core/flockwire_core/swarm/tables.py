@@ -237,7 +237,6 @@ class Avoidance(Model):
     obstacle_safety_distance: Size = key(0.3, "r_safe_obs: minimum from the obstacle's surface", "m")
     margin: Margin = key(0.03, "added to both by the safety filter, for noise and model errors", "m")
     barrier_rate: Positive = key(5.0, "alpha: rate at which the safety filter lets a gap close", "1/s")
-    sidestep_reach: Size = key(0.2, "gap below which a drone sidesteps", "m")
 
     @property
     def safe(self) -> Separation:

@@ -41,7 +41,6 @@ IDLE: tuple[tuple[Reason, tuple[str, ...]], ...] = (  # options, and the reason 
     (_both(_is("control.law", "extended"), FILTER),
      ("avoidance.drone_gain", "avoidance.obstacle_gain", "avoidance.drone_influence_radius")),
     (_is("control.law", "paper"), ("observer.leader_time_constant",)),
-    (_both(_is("control.law", "paper"), NO_FILTER), ("avoidance.sidestep_reach",)),
     (NO_FILTER, ("avoidance.barrier_rate", "avoidance.margin", "limits.floor", "control.disturbance")),
     (NOT_SENSING,
      ("avoidance.sensing_radius", "limits.staleness.nearby_slow", "limits.staleness.nearby_hold")),

@@ -8,11 +8,8 @@ from settling import TELLO
 from ways import flown
 
 
-@pytest.mark.parametrize("law", ["Noted", "Planned"])
-def test_a_flight_with_noted_velocities_is_good_and_the_filter_changes_some(
-    law: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_flight_with_noted_velocities_is_good_and_the_filter_changes_some(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(BUILT_IN, "extended", BUILT_IN["extended"])  # which the flight replaces
-    result = flown(TELLO, law, ("crossing", 3))
+    result = flown(TELLO, ("crossing", 3))
     assert result.why == []
     assert 0 < result.changed < result.steps

@@ -27,7 +27,6 @@ CASES = {  # by the first option of a row: where its options do nothing, and whe
     "control.compensation_gain": (EXTENDED, {"control.law": "paper"}),
     "avoidance.drone_gain": (EXTENDED, EXTENDED | UNFILTERED),
     "observer.leader_time_constant": ({}, EXTENDED),
-    "avoidance.sidestep_reach": ({}, {"control.safety_filter": True}),
     "avoidance.barrier_rate": ({}, EXTENDED),
     "avoidance.sensing_radius": ({"avoidance.sensing": "neighbours"}, {}),
     "limits.blind_speed": (

@@ -1,1 +1,1 @@
-"""Round what is in the way: bent and free places, the way round bodies, the sidestep."""
+"""Round what is in the way: the shortest way among discs, the places beside them."""

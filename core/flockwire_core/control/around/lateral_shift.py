@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import inf, sqrt
 
-from flockwire_core.control.around.free_place import Disc
+from flockwire_core.control.free_place import Disc
 from flockwire_core.control.plane_polygon import Corner
 
 ROUNDING = 0.05  # m over which the way out to a ramp is rounded

@@ -3,8 +3,8 @@
 from math import dist
 
 import pytest
-from flockwire_core.control.around.free_place import SPARE, is_above, is_beneath, landing_place
 from flockwire_core.control.fence import Room
+from flockwire_core.control.free_place import SPARE, is_above, is_beneath, landing_place
 from flockwire_core.domain.body import Body, BodyKind, Separation
 
 HERE, KEPT = (1.0, 0.5, 1.0), 0.4 + 0.03  # m: where it flies, and how far from a drone the safety filter stays

@@ -7,14 +7,12 @@ from heapq import heappop, heappush
 from math import atan2, cos, hypot, pi, sin, sqrt, tau
 from typing import Final, NamedTuple
 
+from flockwire_core.control.free_place import Disc
 from flockwire_core.control.plane_polygon import Corner
-
-Disc = tuple[float, float, float]
-"""(x, y, r): the points nearer to (x, y) than r, m."""
 
 LONGEST_ARC: Final = 1.2 * pi  # rad: a way that winds farther round one disc is no shortest way
 MOST_EXPANSIONS: Final = 40  # of one search: bounds the cost of a step
-_TOUCH: Final = 1e-6  # m by which a way may enter a disc: rounding
+TOUCH: Final = 1e-6  # m by which a way may enter a disc: rounding
 
 Edge = tuple[float, float, float, float, float, float]
 """Where a tangent leaves and arrives, x and y, m; its direction, a unit vector."""
@@ -56,7 +54,7 @@ def is_free(edge: Edge, discs: Sequence[Disc], start: int, end: int) -> bool:
             continue
         cx, cy, r = discs[k]
         x, y = cx - px, cy - py
-        least = r - _TOUCH
+        least = r - TOUCH
         t = min(max(x * ux + y * uy, 0.0), length)
         x, y = x - t * ux, y - t * uy
         if least > 0.0 and x * x + y * y < least * least:
@@ -77,7 +75,7 @@ def _is_arc_free(number: int, side: float, arrival: Edge, angle: float, discs: S
     cx, cy, r = discs[number]
     ax, ay = side * arrival[5], -side * arrival[4]  # from the centre to where it begins
     for k in range(len(discs)):
-        x, y, other = discs[k][0] - cx, discs[k][1] - cy, discs[k][2] - _TOUCH
+        x, y, other = discs[k][0] - cx, discs[k][1] - cy, discs[k][2] - TOUCH
         square = x * x + y * y
         if k == number or square >= (r + other) * (r + other) or (other < r and square <= (r - other) * (r - other)):
             continue
@@ -97,15 +95,15 @@ def shortest_way(start: Corner, goal: Corner, discs: Sequence[Disc], ahead: floa
     count = len(discs)
     (gx, gy), end = goal, (goal[0], goal[1], 0.0)
     queue: list[tuple[float, float, int, int, float, float, Edge]] = []  # f, g, node before, disc, side, arc, tangent
-    nodes: list[tuple[int, int, float, float, Edge]] = []  # settled: node before, disc, side, arc before, tangent
+    arrival: Edge = (start[0], start[1], start[0], start[1], 0.0, 0.0)
+    nodes = [(-1, -1, 0.0, 0.0, arrival)]  # settled: node before, disc, side, arc before, tangent; first the start
     closed: set[tuple[int, float]] = set()
-    last, at, g, here, side, arrival = -1, (start[0], start[1], 0.0), 0.0, -1, 0.0, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    while len(nodes) < MOST_EXPANSIONS:
+    last, at, g, here, side = 0, (start[0], start[1], 0.0), 0.0, -1, 0.0
+    while len(nodes) <= MOST_EXPANSIONS:
         for k in range(count + 1):
             for to in (1.0, -1.0) if k < count else (0.0,):
-                if k == here or (k, to) in closed:
-                    continue
-                edge = tangent(at, (discs[k][0], discs[k][1], to * discs[k][2]) if k < count else end)
+                target = (discs[k][0], discs[k][1], to * discs[k][2]) if k < count else end
+                edge = tangent(at, target) if k != here and (k, to) not in closed else None
                 if edge is None:
                     continue
                 turn = arc(side, arrival, edge) if here >= 0 else 0.0
@@ -117,10 +115,8 @@ def shortest_way(start: Corner, goal: Corner, discs: Sequence[Disc], ahead: floa
             _, g, before, k, to, turn, arrival = heappop(queue)
             if (k, to) in closed:
                 continue
-            disc, way_in = (nodes[before][1], nodes[before][4]) if before >= 0 else (-1, arrival)
-            if not is_free(arrival, discs, disc, k):
-                continue
-            if before < 0 or turn == 0.0 or _is_arc_free(disc, nodes[before][2], way_in, turn, discs):
+            disc, sided, way_in = nodes[before][1], nodes[before][2], nodes[before][4]
+            if is_free(arrival, discs, disc, k) and (turn == 0.0 or _is_arc_free(disc, sided, way_in, turn, discs)):
                 break
         else:
             return None
@@ -136,8 +132,8 @@ def shortest_way(start: Corner, goal: Corner, discs: Sequence[Disc], ahead: floa
 def _found(nodes: list[tuple[int, int, float, float, Edge]], discs: Sequence[Disc], length: float, ahead: float) -> Way:
     """Return the way that ends at the last of the settled `nodes`."""
     node, turn = nodes[-1], 0.0
-    straight = node[0] < 0
-    while node[0] >= 0:
+    straight = node[0] == 0
+    while node[0] > 0:
         turn, node = node[3], nodes[node[0]]
     _, k, side, _, (px, py, qx, qy, ux, uy) = node
     first = hypot(qx - px, qy - py)

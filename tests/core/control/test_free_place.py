@@ -7,8 +7,8 @@ from random import Random
 
 import numpy as np
 import pytest
-from flockwire_core.control.around.free_place import Disc, is_free, nearest_free_place
 from flockwire_core.control.fence import Room
+from flockwire_core.control.free_place import Disc, is_free, nearest_free_place
 from flockwire_core.control.plane_polygon import clearance
 
 LOW, HIGH = (-1.0, -1.5, -0.5), (1.0, 1.5, 3.0)

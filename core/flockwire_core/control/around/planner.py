@@ -1,0 +1,207 @@
+"""The planner of one drone: towards its place, along the shortest way among the discs of what is near.
+
+    u = v + K (a − e) (|a − e| + l) / |a − e|,   |u − v| <= v_max        (ours)
+
+a is the point AHEAD m along the way (tangent_graph.py), l the length of the rest, e the drone's error, all relative to
+the place, which moves at v. All bodies are discs where they will be, relative to the place, when the drone is there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import ceil, dist, hypot, inf
+from typing import Final
+
+from flockwire_core.control.around.lateral_shift import lateral_shift
+from flockwire_core.control.around.tangent_graph import TOUCH, Way, shortest_way
+from flockwire_core.control.free_place import Disc, is_free, nearest_free_place
+from flockwire_core.control.guard import GuardParameters
+from flockwire_core.control.plane_polygon import Corner
+from flockwire_core.domain.body import AT_REST, Body, BodyKind, stands
+from flockwire_core.domain.motion import Motion
+from flockwire_core.domain.vector import ZERO, Vector, limit
+
+PERIOD: Final = 0.1  # s between two plans: a body moves by less than the spare distance
+AHEAD: Final = 0.25  # m along the way, the point that is flown to: beyond the motion of a period
+SPARE: Final = 0.03  # m beyond the kept distance: the filter must not slow down a drone on its way
+SLOW: Final = 0.25  # m/s against the place, below which a drone stands in the formation
+SOON: Final = 1.0  # s, at most, for which a motion is continued: then it has changed
+BERTH: Final = 0.12  # m more, where the way is hardly longer: near others the filter slows it down
+LONGER: Final = 0.3  # m that this way may be longer
+RIGHT: Final = 0.1  # m by which a way to the left must be shorter: drones that meet head on choose alike
+SIDEWAYS: Final = 0.4  # of the speed limit, at which a place leaves the way of a body
+ROUND: Final = 0.5  # m that a way round drones may be longer than one above or below them
+EAST: Final = (0.8, 0.6)  # of two that pass so, the one on this side flies lower
+MOST_KNOWN: Final = 32  # obstacles, besides those in sight: bounds the cost of a step
+MOST_AHEAD: Final = 6  # discs of a mover, likewise
+
+Passed = tuple[float, float, list[Disc], float]
+"""What a place passes at a velocity, x and y, m/s, and by how many s it is met earlier."""
+
+
+class Planner:
+    """Leads one drone to its place along a way at the distances of its safety filter, `guard`; `gain` is K, 1/s.
+
+    It plans every PERIOD, the drones of a swarm by `number` in turns.
+    """
+
+    def __init__(self, guard: GuardParameters, gain: float, number: int) -> None:
+        self._guard, self._gain = guard, gain
+        self._planned = -PERIOD * ((number * 0.618) % 1.0)  # s, of the last plan
+        self._known: list[Disc] = []  # the obstacles that it has seen, the centres in the world frame
+        self._left: list[Disc] = []  # those of them that are out of sight
+        self._forget()
+
+    def _forget(self) -> None:
+        self._ahead: Corner = (0.0, 0.0)  # m from the place, what is flown to
+        self._rate: Corner = (0.0, 0.0)  # m/s, of that
+        self._rest = 0.0  # m, the length of the way from there
+        self._passes = False  # whether it passes above or below drones
+
+    def correction(self, error: Vector, motion: Motion, velocity: Vector, bodies: Sequence[Body], now: float) -> Vector:
+        """Return u − v, m/s, for an `error` y − y_r, m, of the stopping point; the place moves at `velocity`, m/s.
+
+        `bodies` are relative to the position, m; `now` in s.
+        """
+        own, (x, y, z), (sx, sy, sz) = self._guard, error, motion.stopping
+        if now - self._planned >= PERIOD:
+            self._planned += PERIOD * ((now - self._planned) // PERIOD)
+            if bodies or own.room.outside((sx - x, sy - y, sz - z)) > 0.0:
+                self._plan((x, y), motion, velocity, bodies)
+            else:
+                self._forget()
+        (ax, ay), (vx, vy), t = self._ahead, self._rate, now - self._planned
+        x, y = ax + t * vx - x, ay + t * vy - y
+        reach, rise = hypot(x, y), self._rise(z, (x, y), bodies) if self._passes else 0.0
+        pull = self._gain * (1.0 + self._rest / max(reach, 1e-6))
+        return limit((pull * x + vx, pull * y + vy, self._gain * (rise - z)), own.speed)
+
+    def _rise(self, z: float, along: Corner, bodies: Sequence[Body]) -> float:
+        """Return the height, m above the place, that keeps clear of the nearest drone ahead.
+
+        Two that meet see each other in opposite directions, so one flies above the other; nobody waits. Who is on its
+        own level already flies the same way.
+        """
+        kept = self._guard.separation.drone + SPARE
+        nearest, rise, drone = 2.0 * SOON * self._guard.speed, 0.0, BodyKind.DRONE
+        for body in bodies:
+            x, y, up = body.relative_position
+            gap, side = hypot(x, y), 1.0 if x * EAST[0] + y * EAST[1] > 0.0 else -1.0
+            ahead = gap < kept or x * along[0] + y * along[1] > 0.0
+            if body.kind is drone and gap < nearest and ahead and side * (z + up) < 0.25 * kept:
+                nearest, rise = gap, z + up + side * kept
+        return rise
+
+    def _plan(self, here: Corner, motion: Motion, velocity: Vector, bodies: Sequence[Body]) -> None:
+        """Plan from `here`, m from the place."""
+        self._remember(motion.position, bodies)
+        obstacles, drones, passed = self._discs(here, motion, velocity, bodies)
+        ox, oy = here[0] - motion.stopping[0], here[1] - motion.stopping[1]
+        obstacles += [(x + ox, y + oy, r + SPARE) for x, y, r in self._left]
+        goal = self._goal(here, motion, passed, drones, 0.0)
+        drones = [disc for disc in drones if dist(disc[:2], goal) > disc[2]]  # who is there cannot be passed
+        direct = _way(here, goal, obstacles, [], 0.0)
+        way = _way(here, goal, obstacles, drones, 0.0) if drones else direct
+        self._passes = direct is not None and (way is None or way.length > direct.length + ROUND)
+        if self._passes:
+            way = direct
+        elif way is not None:
+            wide = _way(here, goal, obstacles, drones, BERTH)
+            if wide is not None and wide.length < way.length + LONGER:
+                way = wide
+        if way is None or way.is_straight:
+            x, y = self._goal(here, motion, passed, drones, PERIOD)
+            rate = ((x - goal[0]) / PERIOD, (y - goal[1]) / PERIOD)
+            self._ahead, self._rest = goal, 0.0
+            self._rate = rate if hypot(*rate) < self._guard.speed else (0.0, 0.0)  # else the side has changed
+        else:
+            self._ahead, self._rate, self._rest = way.ahead, (0.0, 0.0), max(way.length - AHEAD, 0.0)
+
+    def _remember(self, position: Vector, bodies: Sequence[Body]) -> None:
+        """Note the obstacles in sight, before those that have left it: a dead end is not entered again."""
+        (x, y, _), sight = position, self._guard.sight
+        seen = [
+            (x + body.relative_position[0], y + body.relative_position[1], self._guard.separation.from_axis(body))
+            for body in bodies
+            if body.kind is BodyKind.OBSTACLE and body.velocity == ZERO
+        ]
+        left = [
+            one
+            for one in self._known
+            if dist(one[:2], (x, y)) > sight and all(dist(one[:2], two[:2]) > SPARE for two in seen)
+        ]
+        self._left = left[:MOST_KNOWN]
+        self._known = seen + self._left
+
+    def _discs(
+        self, here: Corner, motion: Motion, velocity: Vector, bodies: Sequence[Body]
+    ) -> tuple[list[Disc], list[Disc], list[Passed]]:
+        """Return the discs of obstacles and of drones, relative to the place, and what the place passes."""
+        own, obstacles, drones = self._guard, list[Disc](), list[Disc]()
+        fixed: list[Disc] = []
+        passed: list[Passed] = []
+        (vx, vy, _), (ux, uy, _) = velocity, motion.velocity
+        px, py = motion.position[0] - motion.stopping[0], motion.position[1] - motion.stopping[1]
+        for body in bodies:
+            (x, y, _), (wx, wy, _), r = body.relative_position, body.velocity, own.separation.from_axis(body) + SPARE
+            if stands(body):
+                t = min(max(hypot(x + px, y + py) - r, 0.0) / own.speed, SOON)
+                x, y = x + px + here[0], y + py + here[1]
+                obstacles.append((x - t * vx, y - t * vy, r))
+                fixed.append((x, y, r))
+                continue
+            x, y, wx, wy = x + px, y + py, wx - vx, wy - vy
+            at = (x + here[0], y + here[1], r)
+            if body.kind is BodyKind.MOVER:
+                early = 1.0 / own.rate  # s, of the filter; 0.4 s more, so that nobody wonders whether it will
+                passed.append((-wx, -wy, [at], early + 0.4))
+                step = r / hypot(*body.velocity[:2])  # s
+                for k in range(min(1 + ceil((early + 2.0 * r / own.speed) / step), MOST_AHEAD)):
+                    obstacles.append((at[0] + k * step * wx, at[1] + k * step * wy, r))
+            elif wx * wx + wy * wy < SLOW * SLOW:
+                drones.append(at)
+            else:
+                cx, cy = wx - ux + vx, wy - uy + vy
+                square = cx * cx + cy * cy
+                t = min(max(-(x * cx + y * cy) / square, 0.0), SOON) if square > 0.0 else 0.0
+                if t > 0.0 and hypot(x + t * cx, y + t * cy) < r + BERTH:
+                    drones.append((at[0] + t * wx, at[1] + t * wy, r))
+        return obstacles, drones, [(vx, vy, fixed, 0.0), *passed]
+
+    def _goal(self, here: Corner, motion: Motion, passed: Sequence[Passed], drones: Sequence[Disc], t: float) -> Corner:
+        """Return what to fly to in `t` s, m from the place: itself, beside what it passes, or the nearest free one.
+
+        The side is the one with the shorter way, away from drones; then the drone is on it, and stays there.
+        """
+        goal, room = (0.0, 0.0), self._guard.room
+        ox, oy = motion.stopping[0] - here[0], motion.stopping[1] - here[1]
+        fixed: list[Disc] = []
+        for vx, vy, discs, early in passed:
+            speed = hypot(vx, vy)
+            if speed < AT_REST:
+                fixed += discs
+                continue
+            x, y, along, least = *goal, (vx / speed, vy / speed), inf
+            for side in (-1.0, 1.0):
+                slope = SIDEWAYS * self._guard.speed / speed
+                shift, most = lateral_shift((x + t * vx, y + t * vy), along, discs, side, slope, early * speed)
+                there = (x - side * most * along[1], y + side * most * along[0])
+                cost = most + dist(here, there) + (RIGHT if side > 0.0 else 0.0)
+                for cx, cy, r in drones:
+                    cost += 2.0 * max(r - dist(there, (cx, cy)), 0.0)
+                if cost < least:
+                    goal, least = (x - side * shift * along[1], y + side * shift * along[0]), cost
+        place = (goal[0] + ox, goal[1] + oy)
+        if is_free(goal, fixed) and room.outside((*place, room.low[2])) <= 0.0:
+            return goal
+        x, y = nearest_free_place(place, [(x + ox, y + oy, r) for x, y, r in fixed], room) or place
+        return (x - ox, y - oy)
+
+
+def _way(here: Corner, goal: Corner, obstacles: Sequence[Disc], drones: Sequence[Disc], berth: float) -> Way | None:
+    """Return the shortest way with `berth` m more; discs never reach to where it begins and ends."""
+    discs = [
+        (x, y, min(r + berth, dist((x, y), here) - 2.0 * TOUCH, dist((x, y), goal) - 2.0 * TOUCH))
+        for x, y, r in (*obstacles, *drones)
+    ]
+    return shortest_way(here, goal, [disc for disc in discs if disc[2] > 0.0], AHEAD, RIGHT)

@@ -1,0 +1,127 @@
+"""The planner in scenes of one and two drones, x' = u, with what the safety filter does to them."""
+
+from __future__ import annotations
+
+from math import cos, dist, hypot, inf, pi, sin, sqrt
+
+import pytest
+from flockwire_core.control.around.planner import SPARE, Planner
+from flockwire_core.control.fence import Room
+from flockwire_core.control.free_place import Disc
+from flockwire_core.control.guard import GuardParameters
+from flockwire_core.domain.body import Body, BodyKind, Separation
+from flockwire_core.domain.motion import Motion
+from flockwire_core.domain.vector import ZERO, Vector, add, scale, subtract
+from hypothesis import given
+from hypothesis import strategies as st
+
+GUARD = GuardParameters(
+    separation=Separation(0.43, 0.33),
+    room=Room((-20.0, -20.0, 0.0), (20.0, 20.0, 3.0)),
+    floor=0.15,
+    speed=1.0,
+    vertical_speed=0.7,
+    acceleration=10.0,
+    barrier_rate=5.0,
+    slowness=0.0,
+    period=0.02,
+    sight=1.5,
+)
+K, DT = 3.0, 0.02
+
+
+class Drone:
+    """A drone with its place, which moves at `velocity`."""
+
+    def __init__(self, number: int, start: Vector, place: Vector, velocity: Vector = ZERO) -> None:
+        self.planner, self.position, self.place = Planner(GUARD, K, number), start, place
+        self.going, self.velocity = velocity, ZERO
+        self.changed, self.turned_back, self.deviation = 0, 0.0, 0.0
+
+    def step(self, obstacles: list[Disc], others: list[Vector], now: float) -> None:
+        x, y, _ = self.position
+        bodies = [Body(BodyKind.OBSTACLE, (a - x, b - y, 0.0), r) for a, b, r in obstacles]
+        bodies += [Body(BodyKind.DRONE, subtract(other, self.position), 0.0) for other in others]
+        bodies = [body for body in bodies if hypot(*body.relative_position[:2]) - body.radius < GUARD.sight]
+        motion, error = Motion(self.position, self.velocity, self.position), subtract(self.position, self.place)
+        wanted = add(self.going, self.planner.correction(error, motion, self.going, bodies, now))
+        self.velocity = filtered(wanted, bodies)
+        self.changed += dist(wanted, self.velocity) > 0.01
+        self.position = add(self.position, scale(self.velocity, DT))
+        self.place = add(self.place, scale(self.going, DT))
+        self.deviation = max(self.deviation, dist(self.position, self.place))
+
+
+def filtered(velocity: Vector, bodies: list[Body]) -> Vector:
+    for body in bodies:
+        x, y, z = body.relative_position
+        gap = sqrt(x * x + y * y + z * z)
+        most = 5.0 * (gap - GUARD.separation.from_axis(body)) * (0.5 if body.kind is BodyKind.DRONE else 1.0)
+        into = (velocity[0] * x + velocity[1] * y + velocity[2] * z) / gap - most
+        if into > 0.0:
+            velocity = subtract(velocity, scale((x, y, z), into / gap))
+    return velocity
+
+
+def arrival(drones: list[Drone], obstacles: list[Disc], standing: list[Vector] = [], most: float = 30.0) -> float:  # noqa: B006
+    """Fly until all are at their places; returns the time, s."""
+    for k in range(round(most / DT)):
+        places = [drone.position for drone in drones]
+        for i, drone in enumerate(drones):
+            drone.step(obstacles, [*places[:i], *places[i + 1 :], *standing], k * DT)
+        if all(dist(drone.position, drone.place) < 0.05 for drone in drones):
+            return k * DT
+    return inf
+
+
+@given(st.tuples(*[st.floats(-1.0, 1.0)] * 3), st.floats(0.0, 9.0))
+def test_without_bodies_the_correction_is_that_of_the_law(error: Vector, now: float) -> None:
+    error = scale(error, 0.3 / max(dist(error, ZERO), 0.3))
+    correction = Planner(GUARD, K, 1).correction(error, Motion(error, ZERO, error), ZERO, (), now)
+    assert correction == pytest.approx(scale(error, -K))
+
+
+@pytest.mark.parametrize("aside", [0.0, 0.2])
+def test_a_place_that_passes_an_obstacle_is_passed_as_near_as_allowed_and_the_filter_does_nothing(aside: float) -> None:
+    drone = Drone(1, (-2.0, 0.0, 1.0), (-2.0, 0.0, 1.0), (0.3, 0.0, 0.0))
+    for k in range(700):
+        drone.step([(0.0, aside, 0.37)], [], k * DT)
+    assert 0.70 - aside < drone.deviation < 0.71 + SPARE - aside
+    assert drone.changed < 35  # of 700
+    assert dist(drone.position, drone.place) < 0.01
+
+
+def test_a_place_in_an_obstacle_is_waited_for_at_the_nearest_point() -> None:
+    drone = Drone(1, (-1.0, 0.4, 1.0), (0.1, 0.0, 1.0))
+    arrival([drone], [(0.0, 0.0, 0.2)], most=8.0)
+    assert drone.position == pytest.approx((0.53 + SPARE, 0.0, 1.0), abs=0.03)
+
+
+def test_a_wall_of_which_little_is_in_sight_is_passed() -> None:
+    """Of 17 posts, 0.3 m apart, it sees those within 1.5 m; its place is behind the middle."""
+    drone = Drone(1, (-1.0, 0.1, 1.0), (1.5, 0.0, 1.0))
+    assert arrival([drone], [(0.0, 0.3 * k, 0.0) for k in range(-8, 9)]) < 12.0
+
+
+def test_a_dead_end_wider_than_its_sight_is_left_once() -> None:
+    end = [(1.8, 0.3 * k, 0.0) for k in range(-8, 9)]
+    sides = [(1.8 - 0.3 * k, side, 0.0) for k in range(1, 12) for side in (-2.4, 2.4)]
+    assert arrival([Drone(1, (-1.0, 0.1, 1.0), (3.5, 0.0, 1.0))], end + sides) < 25.0
+
+
+def test_a_ring_of_standing_drones_round_a_free_place_is_passed() -> None:
+    ring = [(cos(0.25 * pi * k), sin(0.25 * pi * k), 1.0) for k in range(8)]
+    drone = Drone(1, (-3.0, 0.1, 1.0), (0.0, 0.0, 1.0))
+    assert arrival([drone], [], ring) < 8.0
+
+
+@pytest.mark.parametrize("length", [1, 3])
+@pytest.mark.parametrize("turn", [0.0, 0.5 * pi, 2.2])
+def test_two_exchange_sides_through_a_gap_one_drone_wide(length: int, turn: float) -> None:
+    """One flies above the other, whichever way the gap points; nobody waits."""
+    c, s = cos(turn), sin(turn)
+    reach = 0.6 * (length - 1)
+    gap = [(0.6 * k, side * y, 0.3) for k in range(length) for y in (0.7, 1.3) for side in (-1.0, 1.0)]
+    gap = [(c * x - s * y, s * x + c * y, r) for x, y, r in gap]
+    west, east = (-1.6 * c, -1.6 * s, 1.0), ((1.6 + reach) * c, (1.6 + reach) * s, 1.0)
+    assert arrival([Drone(1, west, east), Drone(2, east, west)], gap) < 2.5 * (3.2 + reach)
