@@ -129,16 +129,20 @@ class CorrectedClock(Timekeeping):
             self._follow(own)
 
     def _follow(self, own: int) -> None:
-        """Move the correction to the estimate: at once if it is new or far off, else slowly, so that no drone jerks."""
+        """Move the correction to the estimate: at once if it is new or far off, else slowly, so that no drone jerks.
+
+        A correction within the estimate's bound stays: nothing shows that it is wrong, and on a link that is slower in one
+        direction the estimate is.
+        """
         elapsed, self._stepped = max(0, own - self._stepped) if self._stepped else 0, own
         if self._offset is None:
             return
-        error = self._offset.offset - self._correction
+        error, doubt = self._offset.offset - self._correction, max(self._offset.bound, DEADBAND)
         # ns beyond the bound from which an offset is corrected at once
-        if abs(error) > (50_000_000 + self._offset.bound if self._corrected else DEADBAND):
+        if abs(error) > (50_000_000 + doubt if self._corrected else doubt):
             self._correct_by(error)
             self._stepped_by(error)
-        elif abs(error) > DEADBAND:
+        elif abs(error) > doubt:
             most = round(SLEW * elapsed)
             self._correct_by(max(-most, min(most, error)))
         self._corrected = True
