@@ -31,7 +31,10 @@ CATCH_UP = 0.5  # m/s, largest correction, unless the trajectory itself is faste
 
 
 class Course:
-    """The leader's trajectory, from where it is when it begins; `time` is the trajectory's own, with its waits."""
+    """The leader's trajectory, from where it is when it begins.
+
+    `time` is the trajectory's own, with its waits; `goal`, m, where the leader is to be, None before the first step.
+    """
 
     def __init__(self, swarm: Swarm, number: int) -> None:
         airframe, leader = swarm.airframe(number), swarm.leading[number]
@@ -44,6 +47,7 @@ class Course:
         self._delay = ahead + 3.0 / swarm.control.rate_hz
         self._braking, self._separation = swarm.limits.acceleration, swarm.avoidance.kept
         self._origin = ZERO  # start of the trajectory, m
+        self.goal: Vector | None = None
         self._fastest = 0.0  # m/s, the highest rate so far
 
     def restart(self, position: Vector, t: float) -> None:
@@ -61,6 +65,7 @@ class Course:
         s = self.time.at(t)
         pace = self._wanted_pace(motion, s, bodies) if self._planner is not None else 1.0
         s = self.time.advance(t, pace)
+        self.goal = add(self._origin, self._trajectory.position(s))
         led, rate = self._seen_from(motion.stopping, s + self.time.pace * self._ahead)
         speed, rate = norm(rate), scale(rate, self.time.pace)
         if self._planner is None:
