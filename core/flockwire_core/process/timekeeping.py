@@ -22,6 +22,7 @@ GOOD = 1_000_000  # ns
 FAIR, MANY = 5_000_000, 16  # bound, ns, of the first estimate, or else its number of replies
 SLEW = 0.002  # s per s of slow correction: 2 mm/s at 1 m/s
 DEADBAND = 100_000  # ns
+FAR = 50_000_000  # ns: beyond the bound by more, at once; the default bound with which a drone may take off
 UNKNOWN = -1.0
 PATIENCE = 3.0  # s, longest wait of a process for swarm time; a pilot waits longer
 
@@ -131,15 +132,14 @@ class CorrectedClock(Timekeeping):
     def _follow(self, own: int) -> None:
         """Move the correction to the estimate: at once if it is new or far off, else slowly, so that no drone jerks.
 
-        A correction within the estimate's bound stays: nothing shows that it is wrong, and on a link that is slower in one
-        direction the estimate is.
+        On a link that is slower in one direction the estimate is wrong, by the bound at most: what lies further than FAR
+        within the bound stays, since nothing shows that it is wrong.
         """
         elapsed, self._stepped = max(0, own - self._stepped) if self._stepped else 0, own
         if self._offset is None:
             return
-        error, doubt = self._offset.offset - self._correction, max(self._offset.bound, DEADBAND)
-        # ns beyond the bound from which an offset is corrected at once
-        if abs(error) > (50_000_000 + doubt if self._corrected else doubt):
+        error, doubt = self._offset.offset - self._correction, max(self._offset.bound - FAR, DEADBAND)
+        if abs(error) > (FAR + self._offset.bound if self._corrected else doubt):
             self._correct_by(error)
             self._stepped_by(error)
         elif abs(error) > doubt:
