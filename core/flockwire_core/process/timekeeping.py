@@ -132,8 +132,8 @@ class CorrectedClock(Timekeeping):
     def _follow(self, own: int) -> None:
         """Move the correction to the estimate: at once if it is new or far off, else slowly, so that no drone jerks.
 
-        On a link that is slower in one direction the estimate is wrong, by the bound at most: what lies further than FAR
-        within the bound stays, since nothing shows that it is wrong.
+        On a link that is slower in one direction the estimate is wrong, by the bound at most: what lies further than
+        FAR within the bound stays, since nothing shows that it is wrong.
         """
         elapsed, self._stepped = max(0, own - self._stepped) if self._stepped else 0, own
         if self._offset is None:
