@@ -15,6 +15,7 @@ from fleet import CONTROL_RATE, PATIENCE, flockwire, free_ports
 from flockwire_core.loading import load_swarm
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.codec import decode
+from flockwire_core.wire.information import relays
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.sighting import Sighting
@@ -57,11 +58,13 @@ def fly(swarm: Path, out: Path) -> dict:
 def test_five_drones_fly_the_law(name, write, tmp_path):
     swarm = write(name)
     plan = Plan(load_swarm(swarm))
+    sent = ("estimate", "pose", "status") if relays(plan.swarm) else ("law",)  # of the leader, pose and status
     for i in plan.swarm.followers:
-        sources = {uav(j) for j in plan.swarm.topology.neighbours(i)}
+        sources = {name for j in plan.swarm.topology.neighbours(i) for name in (uav(j), plan.pilots[j])}
         for key in plan.subscribes[uav(i)]:
             own = key.kind in OWN and (key.owner in ("", uav(i), "gateway") or key.kind == "leads")
-            assert own or (key.kind == "law" and key.owner in sources), key
+            assert own or (key.kind in sent and key.owner in sources), key
+            assert key.kind != "pose" or key.owner in (uav(i), *map(uav, plan.swarm.leaders)), key
     assert all(check["ok"] for check in fly(swarm, tmp_path / "out")["checks"])
 
 
