@@ -34,13 +34,13 @@ def run(tmp_path):
 
 @pytest.mark.long
 def test_a_swarm_a_law_a_study_and_its_figures(run, tmp_path):
-    assert "    flockwire check mine.toml" in OWN_LAW
+    assert "    flockwire check my_law.toml" in OWN_LAW
     swarm = block(README, "toml", "graph")
-    (tmp_path / "mine.toml").write_text(swarm + "\n" + block(OWN_LAW, "toml", "law ="))
+    (tmp_path / "my_law.toml").write_text(swarm + "\n" + block(OWN_LAW, "toml", "law ="))
     (tmp_path / "my_law.py").write_text(block(OWN_LAW, "python"))
     (tmp_path / "gains.toml").write_text(block(OWN_LAW, "toml", "[grid]"))
-    assert "law" in run("check", "mine.toml")
-    assert "all well" in run("sim", "mine.toml", "--seed", 1, "--duration", 15, "--out", "flight")
+    assert "law" in run("check", "my_law.toml")
+    assert "all well" in run("sim", "my_law.toml", "--seed", 1, "--duration", 15, "--out", "flight")
     pictures = {picture.stem for picture in (tmp_path / "flight").glob("*.png")}
     assert {"trajectories", "formation_error", "velocities", "commands", "distances"} <= pictures
     study = block(OWN_LAW, "toml", "[grid]")
