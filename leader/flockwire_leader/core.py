@@ -82,7 +82,7 @@ class FlyingLeader:
 
     def report(self, now: int) -> Report:
         """Return the leader's status."""
-        report = self._pilot.report(now, place=self._course.goal)
+        report = self._pilot.report(now, place=self._course.goal() if self._teleoperation is None else None)
         if self._teleoperation is not None and not report.line and report.phase == Phase.FORMATION:
             report = report._replace(detail=self._teleoperation.described(now))
         failure = self._lead.failure

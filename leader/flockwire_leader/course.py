@@ -31,10 +31,7 @@ CATCH_UP = 0.5  # m/s, largest correction, unless the trajectory itself is faste
 
 
 class Course:
-    """The leader's trajectory, from where it is when it begins.
-
-    `time` is the trajectory's own, with its waits; `goal`, m, where the leader is to be, None before the first step.
-    """
+    """The leader's trajectory, from where it is when it begins; `time` is the trajectory's own, with its waits."""
 
     def __init__(self, swarm: Swarm, number: int) -> None:
         airframe, leader = swarm.airframe(number), swarm.leading[number]
@@ -47,7 +44,6 @@ class Course:
         self._delay = ahead + 3.0 / swarm.control.rate_hz
         self._braking, self._separation = swarm.limits.acceleration, swarm.avoidance.kept
         self._origin = ZERO  # start of the trajectory, m
-        self.goal: Vector | None = None
         self._fastest = 0.0  # m/s, the highest rate so far
 
     def restart(self, position: Vector, t: float) -> None:
@@ -65,7 +61,6 @@ class Course:
         s = self.time.at(t)
         pace = self._wanted_pace(motion, s, bodies) if self._planner is not None else 1.0
         s = self.time.advance(t, pace)
-        self.goal = add(self._origin, self._trajectory.position(s))
         led, rate = self._seen_from(motion.stopping, s + self.time.pace * self._ahead)
         speed, rate = norm(rate), scale(rate, self.time.pace)
         if self._planner is None:
@@ -75,13 +70,19 @@ class Course:
             return add(rate, correction)
         return add(rate, limit(correction, max(speed, CATCH_UP)))
 
+    def goal(self) -> Vector:
+        """Return where the leader was to be at its last step, m."""
+        return self._goal(self.time.last)
+
+    def _goal(self, s: float) -> Vector:
+        return add(self._origin, self._trajectory.position(s))
+
     def _place(self, position: Vector, s: float) -> None:
         self._origin = subtract(position, self._trajectory.position(s))
 
     def _seen_from(self, position: Vector, s: float) -> tuple[Vector, Vector]:
         """Return the error x_d(s) − `position`, m, and the rate x_d'(s), m/s."""
-        goal = add(self._origin, self._trajectory.position(s))
-        return subtract(goal, position), self._trajectory.rate(s)
+        return subtract(self._goal(s), position), self._trajectory.rate(s)
 
     def _wanted_pace(self, motion: Motion, s: float, bodies: Sequence[Body]) -> float:
         error, rate = self._seen_from(motion.position, s)

@@ -45,6 +45,11 @@ class TrajectoryTime:
         self.waited += t - self._last
         self.pace, self._last = 1.0, t
 
+    @property
+    def last(self) -> float:
+        """The trajectory's time s at the last step."""
+        return self.at(self._last)
+
     def at(self, t: float) -> float:
         """Return s at `t` if it does not wait until then."""
         return t - self.waited
