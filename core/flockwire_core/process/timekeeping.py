@@ -1,7 +1,7 @@
 """Swarm time: all hosts use the gateway's clock. Processes on other hosts request it and correct their own.
 
 The runner of a core (shell, virtual process) gives it corrected time, and starts it when swarm time is known; only a
-driver starts at once. Processes on the gateway's host share its clock and request nothing.
+driver starts at once. Processes that the gateway's host started share its clock and request nothing; operators request.
 """
 
 from __future__ import annotations

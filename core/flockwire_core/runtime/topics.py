@@ -23,9 +23,8 @@ Sample = tuple[int, str, bytes, int, bytes]  # source time (Unix ns), topic, pub
 class Topic:
     """One key: its ROS 2 topic `name`, the `ros_type` of its messages, and its samples.
 
-    At most `capacity` samples are buffered between two reads. Samples over the quota, with an unknown attachment, or of
-    another key are counted and dropped, and so are those that
-    found the buffer full.
+    At most `capacity` samples are buffered between two reads. Samples over the quota, with an unknown attachment, of
+    another key, or that find the buffer full are counted and dropped.
     """
 
     def __init__(self, plan: Plan, key: Key, session: Session, capacity: int = 2048) -> None:
