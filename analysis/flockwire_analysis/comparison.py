@@ -19,6 +19,7 @@ from typing import NamedTuple
 from scipy import stats
 
 from flockwire_analysis.key_figures import Summary
+from flockwire_analysis.latex import escape, tabular
 
 PER_GROUP = ("flights", "mean", "low", "high")
 _NEGATIVE = re.compile(r"-(?=\d)")  # the sign of a number
@@ -163,12 +164,12 @@ def as_csv(groups: Sequence[Group], rows: Sequence[Row]) -> str:
 def as_latex(groups: Sequence[Group], rows: Sequence[Row]) -> str:
     """Return the table as LaTeX's tabular, for a paper; needs the package booktabs."""
     names, cells = _columns(groups, rows)
-    heads = ["", *(" $-$ ".join(map(_escaped, of)) for of in names)]
-    lines = [f"\\begin{{tabular}}{{l{'r' * len(names)}}}", "\\toprule", " & ".join(heads) + " \\\\", "\\midrule"]
+    heads = ["", *(" $-$ ".join(map(escape, of)) for of in names)]
+    lines = []
     for row, line in zip(rows, cells, strict=True):
         unit = f" [{row.quantity.unit}]" if row.quantity.unit else ""
-        lines.append(" & ".join(_NEGATIVE.sub("$-$", cell) for cell in (row.quantity.name + unit, *line)) + " \\\\")
-    return "\n".join([*lines, "\\bottomrule", "\\end{tabular}"]) + "\n"
+        lines.append([_NEGATIVE.sub("$-$", cell) for cell in (row.quantity.name + unit, *line)])
+    return tabular(heads, lines)
 
 
 def _columns(groups: Sequence[Group], rows: Sequence[Row]) -> tuple[list[tuple[str, ...]], list[list[str]]]:
@@ -198,13 +199,3 @@ def _difference(one: Difference | None) -> str:
 
 def _number(value: float) -> str:
     return f"{value:.4g}"
-
-
-_IN_LATEX = str.maketrans(
-    {sign: f"\\{sign}" for sign in "_%&#${}"}
-    | {"\\": r"\textbackslash{}", "^": r"\textasciicircum{}", "~": r"\textasciitilde{}"}
-)
-
-
-def _escaped(text: str) -> str:
-    return text.translate(_IN_LATEX)

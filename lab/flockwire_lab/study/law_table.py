@@ -8,6 +8,7 @@ from io import StringIO
 from pathlib import Path
 
 from flockwire_analysis.figures.drawing import STYLE
+from flockwire_analysis.latex import escape, tabular
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
@@ -62,10 +63,8 @@ def write(table: Sequence[Row], out: Path) -> list[Path]:
 
 def latex(table: Sequence[Row]) -> str:
     """Return the table for a paper; it needs the package booktabs."""
-    lines = [" & ".join(map(_escaped, row)) + r" \\" for row in (HEADINGS, *table)]
-    body = [lines[0], r"\midrule", *lines[1:]]
-    begin = rf"\begin{{tabular}}{{l{'r' * (len(HEADINGS) - 1)}}}"
-    return "\n".join([f"% {CAPTION}", begin, r"\toprule", *body, r"\bottomrule", r"\end{tabular}", ""])
+    heads, *lines = ([escape(cell) for cell in row] for row in (HEADINGS, *table))
+    return f"% {CAPTION}\n{tabular(heads, lines)}"
 
 
 def _draw(table: Sequence[Row], path: Path) -> None:
@@ -95,16 +94,3 @@ def _law(control: object) -> str:
     assert isinstance(control, dict)  # noqa: S101  (a comparison varies the table alone)
     given = control.get("parameters") or {}
     return str(control["law"]) + (f" ({label(given)})" if given else "")
-
-
-def _escaped(cell: str) -> str:
-    for plain, written in (
-        ("\\", r"\textbackslash "),
-        ("_", r"\_"),
-        ("%", r"\%"),
-        ("&", r"\&"),
-        ("²", "$^2$"),
-        (UNKNOWN, "--"),
-    ):
-        cell = cell.replace(plain, written)
-    return cell
