@@ -55,11 +55,11 @@ def law_files(swarm: Swarm) -> dict[str, Path]:
 
     A package travels as a whole, from that folder or from where it is installed; a file with what it imports there.
     """
-    module, file = swarm.control.law.rpartition(":")[0], law_file(swarm)
-    if swarm.control.law in BUILT_IN or module.startswith("flockwire"):
+    if _is_ours(swarm.control.law):
         return {}
+    file = law_file(swarm)
     if file is None:
-        return _installed(module.partition(".")[0])
+        return _installed(_package(swarm.control.law))
     file, folder = file.resolve(), Path(swarm.folder).resolve()
     if (file.parent / "__init__.py").is_file() and file.is_relative_to(folder):
         return _below(folder / file.relative_to(folder).parts[0], folder)
@@ -75,8 +75,16 @@ def _imported(folder: Path) -> dict[str, Path]:
 
 def has_law(swarm: Swarm) -> bool:
     """Return whether the law is one of flockwire, or its files can be copied."""
-    law = swarm.control.law
-    return law in BUILT_IN or law.startswith("flockwire") or bool(law_files(swarm))
+    return _is_ours(swarm.control.law) or bool(law_files(swarm))
+
+
+def _is_ours(law: str) -> bool:
+    """Return whether a law is built in, or another class of a package of those."""
+    return law in BUILT_IN or _package(law) in map(_package, BUILT_IN.values())
+
+
+def _package(law: str) -> str:
+    return law.rpartition(":")[0].partition(".")[0]
 
 
 def _installed(name: str) -> dict[str, Path]:

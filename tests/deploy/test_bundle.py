@@ -140,7 +140,7 @@ class Still:
 def test_a_package_beside_the_swarm_file_travels_with_its_data(
     flockwire, swarm_file, swarm_table, wheels, tmp_path, target
 ):
-    package = swarm_file.parent / f"swallows_{target}"
+    package = swarm_file.parent / f"flockwire_swallows_{target}"
     package.mkdir()
     for name, text in {"__init__": "", "gains": "GAIN = 2.0\n", "law": PACKAGE}.items():
         (package / f"{name}.py").write_text(text)
