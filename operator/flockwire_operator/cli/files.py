@@ -44,7 +44,8 @@ def new(name: Annotated[str, typer.Argument(metavar="NAME", help="The law's name
         refuse(f"NAME = {name}: {error} exists; name a new one")
     except OSError as error:
         refuse(f"NAME = {name}: cannot write here: {error.strerror}")
-    print(f"flockwire: {law}, {swarm}, {test}; next: flockwire check {swarm}, flockwire sim {swarm}, pytest {test}")
+    print(f"flockwire: {law}, {swarm}, {test}; next: flockwire check {swarm}, flockwire sim {swarm}")
+    print(f"  the test flies it too: python -m pip install pytest, pytest {test}")
 
 
 @app.command()

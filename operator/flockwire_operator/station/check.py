@@ -29,21 +29,16 @@ from flockwire_operator.station.prediction import predicted
 def describe(plan: Plan, duration: float = 40.0, law: Checked | None = None) -> str:
     """Return the description for `check`; `duration` is the flight's, s, `law` what the law's own check returned."""
     swarm = plan.swarm
-    lines = [
-        *_graph(plan),
-        "",
-        *_lemma(swarm),
-        *_depth(swarm),
-        *_law(swarm, law or law_check(swarm)),
-        "",
-        *_formations(swarm, duration),
-        "",
-    ]
-    lines += [*_airframes(plan), ""]
-    if off := sorted(swarm.checks.off):
-        lines += [f"not judged after a flight ([checks]): {', '.join(off)}", ""]
-    warned = [f"warning: {line}" for line in (*warnings(swarm), *predicted(swarm, duration))]
-    return "\n".join([*lines, *_links(plan), *([""] if warned else []), *warned])
+    parts = (
+        _graph(plan),
+        (*_lemma(swarm), *_depth(swarm), *_law(swarm, law or law_check(swarm))),
+        _formations(swarm, duration),
+        _airframes(plan),
+        (f"not judged after a flight ([checks]): {', '.join(off)}",) if (off := sorted(swarm.checks.off)) else (),
+        _links(plan),
+        (f"warning: {line}" for line in (*warnings(swarm), *predicted(swarm, duration))),
+    )
+    return "\n\n".join(filter(None, map("\n".join, parts)))
 
 
 def _graph(plan: Plan) -> Iterator[str]:
@@ -97,6 +92,8 @@ def _lemma(swarm: Swarm) -> Iterator[str]:
     if swarm.sole_leader is None:
         yield f"{_leaders(swarm)}: no settling time is proven, the law's own prediction counts; places count from no"
         yield "  leader: the fence and obstacles are not checked against them, the error is the law's own"
+        return
+    if swarm.control.own_law:  # it does not step (8)
         return
     result = convergence(swarm.topology, observer.gain, observer.exponent, swarm.reference.input_bound)
     bound = "none" if result.settling_time_bound == inf else f"{result.settling_time_bound:.1f} s"
@@ -200,7 +197,7 @@ def _observer_warnings(swarm: Swarm) -> Iterator[str]:
         return
     graph, observer, bound = swarm.topology, swarm.observer, swarm.reference.input_bound
     result = convergence(graph, observer.gain, observer.exponent, bound)
-    if result.margin <= 0.0:
+    if result.margin <= 0.0 and not swarm.control.own_law:
         smallest = smallest_observer_gain(graph, bound)
         if smallest == inf:
             yield (
