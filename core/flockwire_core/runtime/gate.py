@@ -104,7 +104,8 @@ def _connections(port: int) -> Iterator[str]:
 
 def _listener(port: int) -> socket.socket | None:
     """Return another descriptor of this process's socket that listens at `port`."""
-    for path in _DESCRIPTORS.iterdir():
+    sockets = [path for path in _DESCRIPTORS.iterdir() if path.is_socket()]
+    for path in sockets:  # of another kind, the copy would stay open
         with contextlib.suppress(OSError), contextlib.ExitStack() as stack:
             found = stack.enter_context(
                 socket.socket(fileno=os.dup(int(path.name)))

@@ -2,6 +2,7 @@
 
 import socket
 import sys
+from pathlib import Path
 
 import flockwire_core.runtime.gate
 import pytest
@@ -55,6 +56,16 @@ def test_who_has_many_connections_gets_no_more_and_others_do(gate, dial):
     with pytest.raises(TimeoutError):
         dial(STRANGER)
     dial(HERE)
+
+
+@pytest.mark.parametrize("more", [0, 1])
+def test_it_holds_one_descriptor_and_none_without_a_listener(listener, more):
+    folder = Path("/proc/self/fd")
+    before = len(list(folder.iterdir()))
+    gate = Gate(listener.getsockname()[1] + more, MOST, lambda: 0)
+    assert len(list(folder.iterdir())) == before + 1 - more
+    gate.close()
+    assert len(list(folder.iterdir())) == before
 
 
 def test_several_are_shut_out_and_stay_linked(gate, listener, dial):
