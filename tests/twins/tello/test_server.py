@@ -35,6 +35,9 @@ async def talk(*commands):
     server = asyncio.create_task(
         serve(TelloParameters(state_port=port, **QUICK), (DRONE, 0), 0, here.set_result, print)
     )
+    await asyncio.wait((here, server), return_when=asyncio.FIRST_COMPLETED)
+    if server.done():
+        server.result()  # raises why it could not begin
     replies, _ = await loop.create_datagram_endpoint(
         lambda: Shell(client.receive), local_addr=(CLIENT, 0), remote_addr=await here
     )
