@@ -11,18 +11,18 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-TRACKED = ("claim", "completeness", "core", "field_bodies", "relative_sensor", "tracking")
+TRACKED = ("completeness", "core", "field_bodies", "relative_sensor", "tracking")
 MULTIROTOR = ("airframe", "autopilot", "fitted", "rotors", "vehicle")
 COMPILED = (
     "core/flockwire_core/control",
     "core/flockwire_core/domain",
     *(
         f"core/flockwire_core/wire/{name}.py"
-        for name in ("batch", "cdr", "codec", "inbox", "orders", "phase", "sighting", "status", "status_codec")
+        for name in ("batch", "cdr", "codec", "inbox", "orders", "phase", "sighting", "status")
     ),
     "core/flockwire_core/pilot",
     *(f"core/flockwire_core/ground/{name}.py" for name in ("fleet", "known_orders", "lost", "order_log")),
-    *(f"core/flockwire_core/process/{name}.py" for name in ("stepping", "timekeeping")),
+    *(f"core/flockwire_core/process/{name}.py" for name in ("corrected_clock", "stepping", "timekeeping")),
     *(
         f"core/flockwire_core/runtime/{name}.py"
         for name in ("publishing", "shell", "subscriptions", "ticker", "topics")
@@ -30,7 +30,7 @@ COMPILED = (
     "core/flockwire_core/clock.py",
     "core/flockwire_core/law.py",
     "agent/flockwire_agent",
-    *(f"leader/flockwire_leader/{name}.py" for name in ("core", "course", "teleoperation", "virtual")),
+    *(f"leader/flockwire_leader/{name}.py" for name in ("core", "course", "grounded", "teleoperation")),
     *(f"mocap_gateway/flockwire_mocap/{name}.py" for name in TRACKED),
     *(f"twins/flockwire_twins/kinematics/{name}.py" for name in ("airframe", "core", "drone")),
     *(f"twins/flockwire_twins/multirotor/{name}.py" for name in MULTIROTOR),

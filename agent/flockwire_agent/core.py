@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from math import dist, isfinite
+from typing import Any, cast
 
+from flockwire_core.domain.motion import LeaderMotion
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.signals import Signals
 from flockwire_core.domain.time import SECOND
+from flockwire_core.domain.vector import Vector, add
 from flockwire_core.follower_law import follower_law
 from flockwire_core.law import Decision, Observation, Sense
+from flockwire_core.objects import load_object
 from flockwire_core.parameters import pilot_parameters
 from flockwire_core.pilot.law_command import LawCommand
 from flockwire_core.pilot.orders import is_known
@@ -22,12 +26,14 @@ from flockwire_core.wire.codec import Message
 from flockwire_core.wire.information import accelerates, information_of
 from flockwire_core.wire.keys import MISSION, Key
 from flockwire_core.wire.law_form import law_form
-from flockwire_core.wire.status import FILTERED, LAW_STEPS, Report, Status, counted
+from flockwire_core.wire.status import CONFLICTS, FILTERED, LAW_STEPS, Report, Status, counted
 
 from flockwire_agent.exchange import Exchange
-from flockwire_agent.formation_error import NONE, estimated_place, formation_error
 from flockwire_agent.guarded_law import GuardedLaw
 from flockwire_agent.ordered_place import OrderedPlace
+
+NONE = -1.0  # m: there is no formation error
+AUCTIONED = "flockwire_agent.place_auction:AuctionedPlace"  # the place by an auction, which few swarms have
 
 
 class AgentCore:
@@ -39,9 +45,10 @@ class AgentCore:
     ) -> None:  # fmt: skip
         parameters, name = pilot_parameters(swarm, number), uav(number)
         self._pilot = pilot = Pilot(parameters, now)
+        self.retire, self.may_end = pilot.retire, pilot.may_end
         self.triggers = frozenset({pilot.pose_key})
         self.prompt = frozenset({MISSION})
-        self.period = parameters.period
+        self.period = parameters.guard.period
         self._frame, self._signals_key = swarm.frame, Key("signals", name)
         declared = information_of(swarm)
         form, make = law_form(declared), partial(law or follower_law, swarm, number)
@@ -52,7 +59,7 @@ class AgentCore:
         self._command = LawCommand(declared, parameters, pilot.accelerates)
         own = declared.own  # a flag's & takes 1 us
         self._sees_position, self._sees_velocity = bool(own & Sense.POSITION), bool(own & Sense.VELOCITY)
-        self._senses, pilot.counts_filtered = bool(declared.around), swarm.control.own_law
+        self._senses, self._is_own_law = bool(declared.around), swarm.control.own_law
         self._judged: tuple[Observation, Decision] | None = None  # of the last step
         self._take: dict[Key, Callable[[Any], None]] = {  # handlers of messages, by key
             **self._exchange.handlers,
@@ -88,28 +95,20 @@ class AgentCore:
         messages += exchange.messages(decision, law.message, law.failure is not None, now)
         return messages
 
-    def retire(self, now: int) -> None:
-        """Hold, then land, because the process must end."""
-        self._pilot.retire(now)
-
-    def may_end(self, now: int) -> bool:
-        """Return whether the drone is down."""
-        return self._pilot.may_end(now)
-
     def report(self, now: int) -> Report:
         """Return the agent's status; an error of its law, and a neighbour left out, are reasons with a code."""
         pilot, exchange, judged, failure = self._pilot, self._exchange, self._judged, self._law.failure
         place = estimated_place(*judged) if judged is not None else None
         error = formation_error(*judged, place) if judged is not None else NONE
         report = exchange.reported(pilot.report(now, error, shown(exchange.oldest(now)), place))
-        if pilot.counts_filtered:
-            counts = counted(
-                (LAW_STEPS, pilot.commanded),
-                (FILTERED, pilot.filtered),
-                ("plans late", self._law.late),
-                ("law steps late", self._law.steps_late),
-            )
-            report = report._replace(counts=(*report.counts, *counts))
+        counts = counted(
+            (LAW_STEPS, pilot.commanded),
+            (FILTERED, pilot.filtered),
+            (CONFLICTS, 0 if self._is_own_law else pilot.conflicts),
+            ("plans late", self._law.late),
+            ("law steps late", self._law.steps_late),
+        )
+        report = report._replace(counts=(*report.counts, *counts))
         report = self._site.reported(exchange.agreed(report, now))
         if failure is None:
             return report
@@ -119,15 +118,15 @@ class AgentCore:
     def _observation(self, now: int) -> Observation:
         """Return what the law observes."""
         pilot, exchange, place, motion = self._pilot, self._exchange, self._site.place, self._pilot.motion
-        sight, sees_position, sees_velocity = exchange.sight, self._sees_position, self._sees_velocity
+        sees_position, sees_velocity = self._sees_position, self._sees_velocity
         return Observation(
             (now - place.start) / SECOND if place is not None else 0.0,
             pilot.dt,
             pilot.stamp,
             motion.position if motion is not None and sees_position else None,
             motion.velocity if motion is not None and sees_velocity else None,
-            sight.neighbours if sight is not None else (),
-            sight.around if sight is not None else (),
+            exchange.neighbours,
+            exchange.around,
             pilot.bodies if self._senses else (),
             exchange.heard,
             exchange.news,
@@ -158,11 +157,11 @@ class AgentCore:
 
 def _site(swarm: Swarm, number: int, born: int) -> OrderedPlace:
     """Return what gives follower `number` its place in a formation."""
-    if not swarm.auctioned:
-        return OrderedPlace(swarm, number)
-    from flockwire_agent.auctioned_place import AuctionedPlace  # noqa: PLC0415  (few swarms have an auction)
-
-    return AuctionedPlace(swarm, number, born)
+    return (
+        cast("OrderedPlace", load_object(AUCTIONED)(swarm, number, born))
+        if swarm.auctioned
+        else OrderedPlace(swarm, number)
+    )
 
 
 def make_core(start: Start) -> Core:
@@ -170,3 +169,20 @@ def make_core(start: Start) -> Core:
     swarm = start.plan.swarm
     stopwatch = start.stopwatch if swarm.control.own_law else None
     return AgentCore(swarm, start.drone, start.now, stopwatch, start.aside, start.law)
+
+
+def estimated_place(observation: Observation, decision: Decision) -> Vector | None:
+    """Return the place h_i + eta_i, m; None without one."""
+    place, leader = observation.place, decision.message
+    if not isinstance(leader, LeaderMotion) or observation.motion is None or place is None:
+        return None
+    goal = add(place.offset((observation.stamp - place.start) / SECOND), leader.position)
+    return goal if all(map(isfinite, goal)) else None
+
+
+def formation_error(observation: Observation, decision: Decision, place: Vector | None) -> float:
+    """Return the law's own error, else |x_i − h_i − eta_i|, m; NONE without one."""
+    if decision.error is not None and observation.place is not None:
+        return float(decision.error)
+    motion = observation.motion
+    return dist(motion.position, place) if motion is not None and place is not None else NONE

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container
+from collections.abc import Callable, Container, Sequence
 from math import inf
 from typing import Any
 
 from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
-from flockwire_core.law import Decision, Heard, Information
+from flockwire_core.law import Decision, Heard, Information, Seen
 from flockwire_core.pilot.law_messages import Hearing, LawSender
 from flockwire_core.pilot.leadership import Leadership
 from flockwire_core.pilot.neighbourhood import Neighbourhood
-from flockwire_core.pilot.sight import Sight
+from flockwire_core.pilot.sight import Presence, Sight
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.information import relays, sees, speakers
@@ -32,31 +32,29 @@ class Exchange:
         self.silence, self.missing, self.leader_down = 0.0, tuple[int, ...](), False
         self.heard: list[Heard] = []
         self.news: list[Heard] = []
-        self._born, self._frame, self._estimate_key, self._law_key = (
-            born, swarm.frame, Key("estimate", uav(number)), Key("law", uav(number)),
-        )  # fmt: skip
-        self._relays = relays(swarm)
-        self.sight = None
-        if sees(swarm):
-            self.sight = Sight(neighbours if declared.neighbours else {}, leaders, declared.silence)
-        self._hearing = self._sender = None
-        if form is not None:
-            heard = {j: weight for j, weight in neighbours.items() if j in speakers(swarm)}
-            self._hearing = Hearing(heard, leaders, form, declared.pace, declared.silence)
-            self._sender = LawSender(form, declared.pace, swarm.frame, born)
-        self._noticed = [part for part in (self.sight, self._hearing) if part is not None]
-        self.neighbourhood = _neighbourhood(swarm, number)
-        self._leadership = Leadership(swarm)
+        self._estimate_key, self._law_key = Key("estimate", uav(number)), Key("law", uav(number))
+        self._born, self._frame, self._relays = born, swarm.frame, relays(swarm)
+        self.neighbours: Sequence[Seen] = ()
+        self.around: Sequence[Seen] = ()
+        self.neighbourhood, self._leadership = _neighbourhood(swarm, number), Leadership(swarm)
         self._awaits_signs = bool(self._leadership.handlers)
         self.handlers: dict[Key, Callable[[Any], None]] = {
             **{Key("pose", uav(j)): self.neighbourhood.take_pose(j) for j in neighbours},
             **{Key("estimate", uav(j)): self.neighbourhood.take_estimate(j) for j in neighbours},
             **self._leadership.handlers,
         }
-        if self._hearing is not None:
-            self.handlers |= {Key("law", uav(j)): self._hearing.take(j) for j in self._hearing.speakers}
-        if self.sight is not None:
-            self.handlers[Key("seen", uav(number))] = self.sight.take
+        self._noticed: list[Presence] = []
+        self._sight = self._hearing = self._sender = None
+        if sees(swarm):
+            self._sight = Sight(neighbours if declared.neighbours else {}, leaders, declared.silence)
+            self._noticed.append(self._sight)
+            self.handlers[Key("seen", uav(number))] = self._sight.take
+        if form is not None:
+            heard = {j: weight for j, weight in neighbours.items() if j in speakers(swarm)}
+            self._hearing = Hearing(heard, leaders, form, declared.pace, declared.silence)
+            self._noticed.append(self._hearing)
+            self._sender = LawSender(form, declared.pace, swarm.frame, born)
+            self.handlers |= {Key("law", uav(j)): self._hearing.take(j) for j in heard}
 
     def leave_out(self, drones: Container[int]) -> None:
         """Ignore `drones` until called again."""
@@ -75,6 +73,8 @@ class Exchange:
             part.update(now)
             self.silence = max(self.silence, part.silence(now, born))
             self.missing = tuple(dict.fromkeys((*self.missing, *part.missing))) if part.missing else self.missing
+        if self._sight is not None:
+            self.neighbours, self.around = self._sight.neighbours, self._sight.around
         if self._hearing is not None:
             self.heard, self.news = self._hearing.heard, self._hearing.news
         down = neighbourhood.leading is Leading.IS_DOWN

@@ -5,19 +5,52 @@ from __future__ import annotations
 import logging
 import traceback
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
+from flockwire_core.domain.time import nanoseconds
 from flockwire_core.domain.vector import ZERO
+from flockwire_core.follower_law import LateAnswerError, raised
 from flockwire_core.law import RELAYING, Decision, Information, Law, Observation, check_decision
-from flockwire_core.process.cores import Aside, Done
+from flockwire_core.objects import FAILURES
+from flockwire_core.process.cores import Aside, Done, Task
 from flockwire_core.process.stopwatch import Stopwatch
 from flockwire_core.wire.law_form import LawForm, packed
 from flockwire_core.wire.status import LAW_FAILED, Reason
 
-from flockwire_agent.planning import Planning
 
-OURS = ("flockwire_agent/guarded_law.py", "flockwire_core/law.py", "flockwire_core/follower_law.py")  # not the law's
-MOST_FRAMES = 4  # of the reported line
+class Planning:
+    """Runs `plan` by `aside`; a result counts exactly `deadline` s after its observation, a late one as it comes.
+
+    Until then `newest` is the last one, None before the first. `late` counts the late ones.
+    """
+
+    def __init__(self, plan: Callable[[Observation], Any], deadline: float, aside: Aside) -> None:
+        self.newest: Any = None
+        self.late = 0
+        self._plan, self._deadline, self._aside = plan, nanoseconds(deadline), aside
+        self._task: Task | None = None
+        self._due = 0
+        self._waits = False
+
+    def update(self, now: int) -> None:
+        """Take a result that counts at `now` (Unix ns); raises what the plan raised."""
+        if self._task is None or now < self._due:
+            return
+        if not self._task.done():
+            self.late += not self._waits
+            self._waits = True
+            return
+        task, self._task, self._waits = self._task, None, False
+        self.newest = task.result()
+
+    def begin(self, observation: Observation) -> None:
+        """Begin a plan in the formation phase, if none is under way; outside it none counts."""
+        if observation.place is None:
+            self.newest = None
+        elif self._task is None:
+            self._due = observation.now + self._deadline
+            self._task = self._aside(partial(self._plan, observation))
 
 
 class GuardedLaw:
@@ -37,7 +70,7 @@ class GuardedLaw:
     ) -> None:
         self._make, self._name, self._stopwatch = make, name, stopwatch
         self._declared, self._form, self._aside = declared, form, aside
-        self._law = make()
+        self._law: Any = make()  # whose decision `check_decision` judges
         self._planning = self._make_planning()
         self.command = ZERO  # of the last decision
         self.message: bytes | None = None  # of the last decision, of the form
@@ -53,7 +86,7 @@ class GuardedLaw:
             return None
         try:
             planning.update(now)
-        except Exception as error:
+        except FAILURES as error:
             self._failed(error)
         self.late = planning.late
         return planning.newest
@@ -67,18 +100,19 @@ class GuardedLaw:
         try:
             if stopwatch is not None:
                 stopwatch.begin()
-            decision = self._law.step(observation)
+            given = self._law.step(observation)
             if stopwatch is not None:
                 stopwatch.end()
-            self.command = check_decision(decision)
+            self.command = check_decision(given)
+            decision: Decision = given
             self.message = packed(decision.message, self._declared, self._form)
             if self._planning is not None:
                 self._planning.begin(observation)
-        except TimeoutError:  # of a law that asks another process
+        except LateAnswerError:
             self.is_late, self.command = True, ZERO
             self.steps_late += 1
             return None
-        except Exception as error:
+        except FAILURES as error:
             self._failed(error)
             return None
         self.is_late = False
@@ -91,22 +125,15 @@ class GuardedLaw:
         try:
             self._law, self.failure = self._make(), None
             self._planning = self._make_planning()
-        except Exception as error:
+        except FAILURES as error:
             self._failed(error)
 
     def _make_planning(self) -> Planning | None:
         plan, deadline = getattr(self._law, "plan", None), self._declared.deadline
         return Planning(plan, deadline, self._aside) if plan is not None and deadline > 0.0 else None
 
-    def _failed(self, error: Exception) -> None:
-        line = f"the law failed: {type(error).__name__}: {error}{where(error)}"
+    def _failed(self, error: BaseException) -> None:
+        line = f"the law failed: {raised(error)}"
         self.failure = Reason(LAW_FAILED, line)
         text = "".join(traceback.format_exception(error))
         logging.getLogger(self._name).error("%s", f"{line}\n{text.rstrip()}")
-
-
-def where(error: Exception) -> str:
-    """Return the file positions of `error`, the law's first, in one line."""
-    frames = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.endswith(OURS)]
-    places = [f"{frame.filename.rsplit('/', maxsplit=1)[-1]}:{frame.lineno}" for frame in frames[-MOST_FRAMES:]]
-    return f" ({' > '.join(places)})" if places else ""

@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import dist, inf
+from typing import NamedTuple
 
 from flockwire_core.control.auction import LEAST, Auction, highest_price
+from flockwire_core.control.formation import Formation
 from flockwire_core.domain.bids import NOBODY, Bid, Bids
 from flockwire_core.domain.motion import LeaderMotion, Motion
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND, nanoseconds
-from flockwire_core.domain.vector import Vector, subtract
-from flockwire_core.parameters import AuctionParameters
+from flockwire_core.domain.vector import ZERO, Vector, subtract
+from flockwire_core.parameters import pilot_parameters
+from flockwire_core.pilot.pilot import Pilot
+from flockwire_core.pilot.place import Place as WaitingPlace
+from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.wire.codec import Message
+from flockwire_core.wire.keys import Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import NO_PLACE_YET, Report
+
+from flockwire_agent.ordered_place import OrderedPlace
 
 BIDDING = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION})  # who lands, or stands, keeps what it holds
 SOON = SECOND // 20  # ns between two repetitions of the same bids, which may be lost, while they are new
@@ -20,6 +30,22 @@ REPEAT = SECOND // 5  # ns between them later
 NEW = SECOND  # ns for which bids are new
 NO_BID = Bid(0.0, NOBODY)
 LISTENING = SECOND  # ns for which a process that is younger than the order waits for its own old bids
+
+
+class AuctionParameters(NamedTuple):
+    """The parameters of a follower's part in the auction for places."""
+
+    followers: tuple[int, ...]  # the bidders, by rank
+    formations: frozenset[str]  # those whose places are shared out so, by the name in an order
+    shapes: Mapping[str, Formation]  # all formations, likewise
+    most_cost: float  # m^2, largest cost of a place: the fence's diagonal, squared
+
+
+def auction_parameters(swarm: Swarm) -> AuctionParameters:
+    """Return the parameters of the auctions of `swarm`."""
+    formations = {name: swarm.build_formation(name) for name in swarm.formation_names}
+    fence = swarm.limits.fence
+    return AuctionParameters(swarm.followers, swarm.auctioned, formations, dist(fence.low, fence.high) ** 2)
 
 
 class PlaceAuction:
@@ -86,15 +112,12 @@ class PlaceAuction:
         drone's `motion` and its `leader` estimate, and that may bid: the first estimate of a young process is a guess.
         Until then it passes bids on.
         """
-        order, auction, here = self._order, self._auction, None
+        order, here, listens = self._order, None, now < self._silent_until
         if order is None:
             return None
-        listens = 0 < self._silent_until - now <= LISTENING
         if motion is not None and leader is not None:
             here = subtract(motion.position, leader.position)
-        if auction is None or (self._guessed and here is not None and not listens and auction.place is None):
-            auction = self._opened(order, here, now)
-            self._guessed = listens or here is None
+        auction = self._current(order, here, listens, now)
         if phase in BIDDING and not (listens or self._guessed):
             auction.bid()
         bids = tuple(auction.bids)
@@ -105,12 +128,19 @@ class PlaceAuction:
         self._told = Bids(now, self._frame, order.version, bids)
         return self._told
 
+    def _current(self, order: Mission, here: Vector | None, listens: bool, now: int) -> Auction:
+        """Return the auction of `order`, again if it holds no place by guessed costs and now knows them."""
+        auction, knows = self._auction, here is not None and not listens
+        if auction is None or (self._guessed and knows and auction.place is None):
+            auction, self._guessed = self._opened(order, here, now), not knows
+        return auction
+
     def _is_known(self, bids: tuple[Bid, ...], now: int) -> bool:
         """Return whether the neighbours were told `bids` a short while ago; new ones are told more often."""
         if self._told is None or bids != self._told.bids:
             self._changed = now
             return False
-        return 0 <= now - self._told.stamp < (SOON if 0 <= now - self._changed < NEW else REPEAT)
+        return now - self._told.stamp < (SOON if now - self._changed < NEW else REPEAT)
 
     def _opened(self, order: Mission, here: Vector | None, now: int) -> Auction:
         """Return the auction of `order` by the costs at present, with the bids that were known before."""
@@ -146,3 +176,51 @@ class PlaceAuction:
             min(own.most_cost, way * way) if drone not in order.without else inf  # way ** 2 may raise OverflowError
             for way, drone in zip(ways, own.followers, strict=True)
         ]
+
+
+NOBODYS: Mapping[int, int] = {}  # nobody knows the others' places by an auction
+
+
+class AuctionedPlace(OrderedPlace):
+    """The place that follower `number` holds by the auction; without one it waits where it is."""
+
+    def __init__(self, swarm: Swarm, number: int, born: int) -> None:
+        super().__init__(swarm, number)
+        self._auction = PlaceAuction(auction_parameters(swarm), number, swarm.frame, born)
+        self._waiting, self._key = WaitingPlace(pilot_parameters(swarm, number)), Key("bids", uav(number))
+        self._ordered_ranks = self._known
+        bidders = [j for j in swarm.topology.neighbours(number) if j not in swarm.leaders]
+        self.handlers = {Key("bids", uav(j)): self._auction.take for j in bidders}
+
+    def order(self, mission: Mission, now: int) -> None:
+        """Begin an auction, if the order is into such a formation."""
+        self._auction.order(mission, now)
+        self._known = NOBODYS if self._auction.ordered else self._ordered_ranks
+
+    def update(self, phase: Phase, mission: Mission | None) -> None:
+        """Set the place that it holds; in a formation with an auction, none before that."""
+        auction = self._auction
+        if auction.place != self._held:
+            self._held, self._flown = auction.place, None
+        super().update(phase, mission)
+        if auction.ordered and self._held is None:
+            self.place = None
+        if phase is not Phase.FORMATION or self.place is not None:
+            self._waiting.forget()
+
+    def command(self, wanted: Vector, phase: Phase, pilot: Pilot) -> Vector:
+        """Return the velocity, m/s, that keeps the drone where it began to wait for a place."""
+        if phase is not Phase.FORMATION or self.place is not None:
+            return wanted
+        if pilot.motion is None:
+            return ZERO
+        return self._waiting.velocity(Phase.HOLD, pilot.motion.position, pilot.bodies)
+
+    def messages(self, phase: Phase, pilot: Pilot, leader: LeaderMotion | None, now: int) -> list[tuple[Key, Message]]:
+        """Return its bids, if any are due."""
+        bids = self._auction.step(phase, pilot.motion, leader, now)
+        return [] if bids is None else [(self._key, bids)]
+
+    def reported(self, report: Report) -> Report:
+        """Return `report` with the place that it holds."""
+        return self._auction.reported(report)

@@ -19,7 +19,7 @@ from flockwire_recorder.trace import count_lost, publication_time
 
 from flockwire_analysis.columns import Columns
 from flockwire_analysis.observed import Observed, Shown, append_change, keep, observed, shown
-from flockwire_analysis.recorded import Held, ProcessRecord, StateChange, Trace, is_repeated
+from flockwire_analysis.recorded import Held, ProcessRecord, Trace, is_repeated
 from flockwire_analysis.series import Samples, movers_of, series_of, signals_of
 
 DAY: Final = 86_400 * 1_000_000_000  # ns
@@ -61,7 +61,6 @@ class Collector:
         self._stops: dict[int, Stop] = {}
         self._held: dict[int, list[Held]] = {}
         self._numbers = {uav(i): i for i in swarm.followers}
-        self._states: dict[str, list[StateChange]] = {}
         self._histories: dict[str, list[Observed]] = {identity: [] for identity in self.plan.pilots.values()}
         self._shown: dict[str, list[Shown]] = {}
         self._about: dict[str, tuple[object, ...]] = {}  # what the last status of a process told beside figures
@@ -154,9 +153,6 @@ class Collector:
             if reason.code in (LAW_FAILED, LEFT_OUT, APART):
                 found = self._failed_laws if reason.code == LAW_FAILED else self._contradictions
                 found[f"{message.identity}: {reason.text}"] = None
-        states = self._states.setdefault(message.identity, [])
-        if not states or states[-1].phase != message.report.phase:
-            states.append(StateChange(message.stamp, message.report.phase))
         append_change(self._shown.setdefault(message.identity, []), shown(message))
 
     def trace(self, path: Path, closed: bool = True, lost_bytes: int = 0) -> Trace:
@@ -172,7 +168,6 @@ class Collector:
             orders,
             tuple(map(self._stops.__getitem__, sorted(self._stops))),
             tuple(self._vitals()),
-            _fixed(self._states),
             _fixed(self._histories),
             _fixed(self._shown),
             tuple(self._failed_laws),

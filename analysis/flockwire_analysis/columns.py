@@ -17,7 +17,7 @@ from flockwire_core.wire.keys import ROWS
 from flockwire_core.wire.status import Status
 
 _WIDTHS: Final[dict[type[Message], int]] = {  # columns
-    Pose: 3 + 4, Estimate: 6, Command: 3, Telemetry: 4, Nearby: 1, Status: 1,
+    Pose: 3 + 4, Estimate: 6, Command: 6, Telemetry: 4, Nearby: 1, Status: 1,
 }  # fmt: skip
 
 
@@ -48,8 +48,8 @@ class Columns:
                 (x, y, z), (vx, vy, vz) = message.motion.position, message.motion.velocity
                 self.rows += pack(stamp, published, logged, sequence, x, y, z, vx, vy, vz)
             case Command():
-                vx, vy, vz = message.velocity
-                self.rows += pack(stamp, published, logged, sequence, vx, vy, vz)
+                (vx, vy, vz), (ax, ay, az) = message.velocity, message.acceleration
+                self.rows += pack(stamp, published, logged, sequence, vx, vy, vz, ax, ay, az)
             case Telemetry():
                 reported = (float(message.state), message.battery, message.height, message.command_age)
                 self.rows += pack(stamp, published, logged, sequence, *reported)

@@ -8,10 +8,8 @@ are a pair: the difference is that of each pair, its interval Student's, and p i
 
 from __future__ import annotations
 
-import csv
-import io
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import isfinite, sqrt
 from typing import NamedTuple
@@ -19,7 +17,7 @@ from typing import NamedTuple
 from scipy import stats
 
 from flockwire_analysis.key_figures import Summary
-from flockwire_analysis.latex import escape, tabular
+from flockwire_analysis.tables import aligned, commas, escape, tabular
 
 PER_GROUP = ("flights", "mean", "low", "high")
 _NEGATIVE = re.compile(r"-(?=\d)")  # the sign of a number
@@ -135,51 +133,40 @@ def _times(factor: float, value: Value) -> Value:
     return None if value is None else factor * value
 
 
-def as_text(groups: Sequence[Group], rows: Sequence[Row]) -> Iterator[str]:
-    """Yield the lines of a table: a column for each group, and one for each difference to the first."""
-    width = 12  # characters of a column, at least
-    names, cells = _columns(groups, rows)
-    units = [f", {row.quantity.unit}" if row.quantity.unit else "" for row in rows]
-    columns = [[" - ".join(of), *column] for of, column in zip(names, zip(*cells, strict=True), strict=True)]
-    columns = [[f"{cell:>{max(width, 2 + max(map(len, column)))}}" for cell in column] for column in columns]
-    heads = ["", *(row.quantity.name + unit for row, unit in zip(rows, units, strict=True))]
-    yield from (f"{head:<32}" + "".join(line) for head, *line in zip(heads, *columns, strict=True))
+def as_text(groups: Sequence[Group], rows: Sequence[Row]) -> list[str]:
+    """Return the lines of a table: a column for each group, and one for each difference to the first."""
+    return aligned(_table(groups, rows, ", {}", " - "))
 
 
 def as_csv(groups: Sequence[Group], rows: Sequence[Row]) -> str:
     """Return the table as CSV, with all digits; unknown values are empty."""
-    written = io.StringIO()
-    writer = csv.writer(written, lineterminator="\n")
     head = [f"{group.name}: {name}" for group in groups for name in PER_GROUP]
     head += [f"{group.name} - {groups[0].name}: {name}" for group in groups[1:] for name in PER_PAIR]
-    writer.writerow(["quantity", "unit", *head])
+    lines: list[list[object]] = [["quantity", "unit", *head]]
     for row in rows:
-        cells: list[object] = [row.quantity.name, row.quantity.unit]
+        lines.append([row.quantity.name, row.quantity.unit])
         for found in (*row.means, *row.differences):  # the number of flights, or pairs, is first
-            cells += [0, *[None] * 3] if found is None else [found[-1], *found[:-1]]
-        writer.writerow(cells)
-    return written.getvalue()
+            lines[-1] += [0, *[None] * 3] if found is None else [found[-1], *found[:-1]]
+    return commas(lines)
 
 
 def as_latex(groups: Sequence[Group], rows: Sequence[Row]) -> str:
     """Return the table as LaTeX's tabular, for a paper; needs the package booktabs."""
-    names, cells = _columns(groups, rows)
-    heads = ["", *(" $-$ ".join(map(escape, of)) for of in names)]
-    lines = []
-    for row, line in zip(rows, cells, strict=True):
-        unit = f" [{row.quantity.unit}]" if row.quantity.unit else ""
-        lines.append([_NEGATIVE.sub("$-$", cell) for cell in (row.quantity.name + unit, *line)])
-    return tabular(heads, lines)
+    heads, *lines = _table(groups, rows, " [{}]", " $-$ ", escape)
+    return tabular(heads, [[_NEGATIVE.sub("$-$", cell) for cell in line] for line in lines])
 
 
-def _columns(groups: Sequence[Group], rows: Sequence[Row]) -> tuple[list[tuple[str, ...]], list[list[str]]]:
-    """Return of each column the group, or the two whose difference it has; and of each row the cells."""
-    names: list[tuple[str, ...]] = [(group.name,) for group in groups]
-    cells = [[_mean(mean) for mean in row.means] for row in rows]
-    if any(difference is not None for row in rows for difference in row.differences):
-        names += [(group.name, groups[0].name) for group in groups[1:]]
-        cells = [line + [_difference(one) for one in row.differences] for line, row in zip(cells, rows, strict=True)]
-    return names, cells
+def _table(
+    groups: Sequence[Group], rows: Sequence[Row], unit: str, minus: str, written: Callable[[str], str] = str
+) -> list[list[str]]:
+    """Return the cells of a table, its heads first, with names as `written`."""
+    first, *others = (written(group.name) for group in groups)
+    paired = any(difference is not None for row in rows for difference in row.differences)
+    table = [["", first, *others, *(f"{other}{minus}{first}" for other in others if paired)]]
+    for row in rows:
+        name = row.quantity.name + (unit.format(row.quantity.unit) if row.quantity.unit else "")
+        table.append([name, *map(_mean, row.means), *map(_difference, row.differences if paired else ())])
+    return table
 
 
 def _mean(mean: Mean | None) -> str:

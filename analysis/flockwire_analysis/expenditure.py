@@ -1,12 +1,44 @@
-"""What a flight cost the followers: the length of their paths and the effort of their commands."""
+"""What a law cost in a flight, per follower: paths, messages, their bytes, and the effort of commands."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from flockwire_core.domain.time import SECOND
 
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.tracking import in_formation
+
+EXCHANGED = frozenset({"estimate", "law", "bids"})  # kinds of keys by which a law speaks to its neighbours
+
+
+class Cost(NamedTuple):
+    """A figure of a law: its key in a result, its heading, its unit."""
+
+    key: str
+    heading: str
+    unit: str
+
+
+COSTS = (
+    Cost("path_m", "path", "m"),
+    Cost("messages_per_s", "messages", "1/s"),
+    Cost("bytes_per_s", "data", "B/s"),
+    Cost("effort_m2_s", "effort", "m²/s"),
+)
+
+
+def costs(trace: Trace) -> dict[str, float | None]:
+    """Return the figures of COSTS for a flight."""
+    kinds = [key for key in trace.series if key.kind in EXCHANGED]
+    share = SECOND / ((trace.end - trace.begin) * len(trace.swarm.followers))
+    return {
+        "path_m": path_length(trace),
+        "messages_per_s": sum(len(trace.series[key]) for key in kinds) * share,
+        "bytes_per_s": sum(trace.sizes[key] for key in kinds) * share,
+        "effort_m2_s": effort(trace),
+    }
 
 
 def path_length(trace: Trace) -> float | None:

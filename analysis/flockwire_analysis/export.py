@@ -27,7 +27,7 @@ COLUMNS: dict[str, tuple[str, ...]] = {
     "truth": _POSE,
     "pose": _POSE,
     "estimate": _POINT + _VELOCITY,
-    "command": _VELOCITY,
+    "command": (*_VELOCITY, "ax_m_s2", "ay_m_s2", "az_m_s2"),
     "telemetry": ("state", "battery", "height_m", "command_age_s"),
 }
 Table = dict[str, Sequence[Any]]  # columns by name, all of one length

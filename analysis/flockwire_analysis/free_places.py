@@ -23,7 +23,7 @@ from flockwire_analysis.phases import formation_phases
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.separation import nearest_surface, own_places
 from flockwire_analysis.series import Booleans, Floats, Integers
-from flockwire_analysis.tracking import SETTLED_BELOW, Errors, interpolated
+from flockwire_analysis.tracking import SETTLED_BELOW, Errors, interpolated, norms
 
 
 def undisturbed(trace: Trace, errors: dict[int, Errors]) -> dict[int, Errors]:
@@ -59,14 +59,14 @@ def taken_places(
         for i, place in places.items():
             surfaces = avoidance.obstacle_influence_radius - nearest_surface(place, swarm.obstacles)
             pushed[i] = np.fmax(pushed[i], surfaces)
-    away = {i: _distances(drones[i], place) > SETTLED_BELOW for i, place in places.items()}
+    away = {i: norms(drones[i] - place) > SETTLED_BELOW for i, place in places.items()}
     taken = {i: _around(swarm.limits.speed, times, place, pushed[i]) for i, place in places.items()}
     growing = [i for i in taken if taken[i].any()]
     while growing:
         pushing = growing.pop()
         off = taken[pushing] & away[pushing]
         for i, place in places.items():
-            depth = np.where(off, avoidance.drone_influence_radius - _distances(drones[pushing], place), -np.inf)
+            depth = np.where(off, avoidance.drone_influence_radius - norms(drones[pushing] - place), -np.inf)
             if i != pushing and (depth > np.maximum(pushed[i], 0.0)).any():
                 pushed[i] = np.fmax(pushed[i], depth)
                 before, taken[i] = taken[i], _around(swarm.limits.speed, times, place, pushed[i])
@@ -80,7 +80,7 @@ def _around(limit: float, times: Integers, place: Floats, inside: Floats) -> Boo
     settling = 3 * SECOND  # ns
     slowest = 0.1  # share of the speed limit that v is at least
     moves = np.gradient(place, (times - times[0]) / SECOND, axis=0) if len(times) > 1 else np.zeros((1, 3))
-    speed = np.nan_to_num(np.sqrt(np.sum(moves**2, axis=1)))
+    speed = np.nan_to_num(norms(moves))
     ways = pi / 2 * np.maximum(inside, 0.0) / np.maximum(limit - speed, slowest * limit) * SECOND
     last = np.maximum.accumulate(np.where(inside > 0.0, times + ways + settling, -np.inf))
     first = np.minimum.accumulate(np.where(inside > 0.0, times - ways, np.inf)[::-1])[::-1]
@@ -96,7 +96,3 @@ def _inside_movers(trace: Trace, times: Integers, places: dict[int, Floats]) -> 
             gaps = [np.hypot(place[index, 0] - one.x, place[index, 1] - one.y) - one.radius for one in bodies]
             found[i][index] = np.fmax(found[i][index], reach - min(gaps))
     return found
-
-
-def _distances(some: Floats, others: Floats) -> Floats:
-    return np.asarray(np.sqrt(np.sum((some - others) ** 2, axis=1)))

@@ -98,7 +98,8 @@ class Summary:
     The errors are those of the worst formation phase. `rate` is each agent's share of the due steps in all phases;
     `tracker` counts the gateway's bad frames; `left_out` are the drones that stayed on the ground by order; `missing`
     has a sentence for all missing data; `filtered` is the largest share of a drone's steps in formation in which the
-    safety filter changed its law's command.
+    safety filter changed its law's command, but for `conflicts`: the share in which a law of ours and another drone, or
+    a person, wanted the same space.
     """
 
     duration_s: float
@@ -117,6 +118,7 @@ class Summary:
     tracker: dict[str, int]
     rate: dict[str, float | None]
     filtered: float | None
+    conflicts: float | None
     missing: tuple[str, ...]
     phases: tuple[PhaseFigures, ...]
     checks: tuple[Check, ...] = ()
@@ -133,6 +135,7 @@ class Summary:
             return ""
         warning = f", above {FILTER_JUDGED:.0%}: this flight judges the filter, not the law"
         share = f"changed {self.filtered:.1%} of the law's commands in formation"
+        share += f", {self.conflicts:.1%} more for drones and people" if self.conflicts else ""
         return share + (warning if self.filtered > FILTER_JUDGED else "")
 
     @property

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from flockwire_core.domain.airframe import FlightState
@@ -12,6 +13,7 @@ from flockwire_core.swarm.model import uav
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.phase import Phase
 
+from flockwire_analysis.observed import Shown
 from flockwire_analysis.phases import FormationPhase, at
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Series
@@ -112,6 +114,6 @@ def _landing_distance(trace: Trace, number: int) -> float | None:
 def _landing_began(trace: Trace, number: int) -> int | None:
     """Return when a drone's last landing began: at its order, or earlier by its pilot."""
     orders = [mission.stamp for mission in trace.missions if mission.verb == "land"]
-    states = trace.states.get(trace.plan.pilot[number], ())
-    own = [state.stamp for state in states if state.phase == Phase.LANDING]
+    changes = pairwise([Shown(0, ""), *trace.shown.get(trace.plan.pilot[number], ())])
+    own = [one.stamp for before, one in changes if one.phase == Phase.LANDING != before.phase]
     return min([*orders[-1:], *own[-1:]], default=None)

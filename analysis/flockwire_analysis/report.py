@@ -108,7 +108,8 @@ def _tiles(summary: Summary) -> Iterable[tuple[str, str]]:
         yield length(summary.min_distance_obstacle_m), "smallest distance to an obstacle"
     yield number(summary.max_speed_m_s, "m/s"), "highest speed"
     if summary.filtered is not None:
-        judged = " (the flight judges the filter)" if summary.filtered > FILTER_JUDGED else ""
+        judged = f", and {summary.conflicts:.1%} for drones and people" if summary.conflicts else ""
+        judged += " (the flight judges the filter)" if summary.filtered > FILTER_JUDGED else ""
         yield f"{summary.filtered:.1%}", f"of the law's commands changed by the safety filter{judged}"
     yield number(summary.latency_ms["pose_to_command"].p99, "ms"), "pose to command, 99th percentile"
 

@@ -14,7 +14,7 @@ from flockwire_analysis.phases import airborne, formation_phases, origin
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.separation import nearest_surface
 from flockwire_analysis.series import Booleans, Floats, Integers
-from flockwire_analysis.tracking import interpolated, places, references
+from flockwire_analysis.tracking import interpolated, norms, places, references
 
 Values = Mapping[tuple[int, ...], Floats]  # of one drone, or of a pair
 
@@ -45,7 +45,7 @@ class Sampled:
 
     def formation(self, number: int) -> Floats:
         """Return |x_i - h_i - x_0| of a drone, m; the leader has none."""
-        return _norms(self.positions[number] - self.references[number])
+        return norms(self.positions[number] - self.references[number])
 
 
 def sampled(trace: Trace, most: int) -> Sampled:
@@ -66,7 +66,7 @@ def sampled(trace: Trace, most: int) -> Sampled:
         stamps,
         {number: places(trace, number, stamps) for number in numbers},
         {number: references(trace, number, stamps) for number in numbers},
-        {i: _norms(interpolated(trace.of("estimate", i), stamps) - leader) for i in trace.followers},
+        {i: norms(interpolated(trace.of("estimate", i), stamps) - leader) for i in trace.followers},
     )
 
 
@@ -77,7 +77,7 @@ def worst_moments(flight: Sampled) -> Iterator[Moment]:
     """
     trace, within = flight.trace, airborne(flight.trace).holds(flight.stamps)
     apart: Values = {
-        pair: _norms(flight.positions[pair[0]] - flight.positions[pair[1]]) for pair in combinations(trace.flying, 2)
+        pair: norms(flight.positions[pair[0]] - flight.positions[pair[1]]) for pair in combinations(trace.flying, 2)
     }
     yield from _lowest(flight, apart, within, lambda metres: f"distance between drones: {metres:.2f} m")
     if trace.swarm.obstacles:
@@ -102,7 +102,3 @@ def _lowest(flight: Sampled, values: Values, within: Booleans, text: Callable[[f
         at = int(np.argmin(masked[whom]))
         names = " and ".join(flight.trace.plan.pilot[number] for number in whom)
         yield Moment(int(flight.stamps[at]), f"{text(float(masked[whom][at]))}, {names}", whom)
-
-
-def _norms(vectors: Floats) -> Floats:
-    return np.asarray(np.sqrt(np.sum(vectors**2, axis=1)))

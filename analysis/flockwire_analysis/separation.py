@@ -13,7 +13,7 @@ from flockwire_core.swarm.tables import Obstacle
 from flockwire_analysis.phases import Span, offsets
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Booleans, Floats, Integers
-from flockwire_analysis.tracking import interpolated
+from flockwire_analysis.tracking import interpolated, norms
 
 
 def common_times(span: Span) -> Integers:
@@ -29,7 +29,7 @@ def pair_distances(trace: Trace, times: Integers) -> Iterator[tuple[int, int, Fl
     """
     places = {number: interpolated(trace.positions(number), times) for number in trace.flying}
     for i, j in combinations(trace.flying, 2):
-        yield i, j, np.sqrt(np.sum((places[i] - places[j]) ** 2, axis=1))
+        yield i, j, norms(places[i] - places[j])
 
 
 def nearest_drones(trace: Trace, times: Integers) -> dict[int, Floats]:
@@ -134,7 +134,7 @@ def _max_speed(trace: Trace, number: int, span: Span) -> float | None:
     first = first[stamps[after[first]] - stamps[first] < 4 * speed_window]  # unknown across a gap
     if not len(first):
         return None
-    moved = np.sqrt(np.sum((places[after[first]] - places[first]) ** 2, axis=1))
+    moved = norms(places[after[first]] - places[first])
     return float((moved * SECOND / (stamps[after[first]] - stamps[first])).max())
 
 

@@ -24,10 +24,10 @@ class Series:
     """The messages of one topic in the order of their stamps, one row each.
 
     `stamps` (for which the content is valid), `published` and `logged` are Unix times in ns, `sequences` the
-    publishers' counts. Columns of `values`, in m, m/s and s: pose and truth x y z; estimate x y z vx vy vz; command vx
-    vy vz; telemetry flight state, battery (share of full), height, command age; nearby the distance to the surface of
-    the nearest mover, infinite without one; none for the others. Finite ones are at most NOWHERE. `orientations` of
-    poses and truth are unit quaternions x y z w, from body to world; other kinds have no columns of them.
+    publishers' counts. Columns of `values`, in m, m/s, m/s^2 and s: pose and truth x y z; estimate x y z vx vy vz;
+    command vx vy vz ax ay az; telemetry flight state, battery (share of full), height, command age; nearby the distance
+    to the surface of the nearest mover, infinite without one; none for the others. Finite ones are at most NOWHERE.
+    `orientations` of poses and truth are unit quaternions x y z w, from body to world; other kinds have none.
     """
 
     stamps: Integers

@@ -10,7 +10,7 @@ from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.information import relays
 from flockwire_core.wire.processes import GATEWAY
-from flockwire_core.wire.status import FILTERED, LAW_STEPS
+from flockwire_core.wire.status import CONFLICTS, FILTERED, LAW_STEPS
 
 from flockwire_analysis import gaps, separation, tracking
 from flockwire_analysis.checks import checks, kept_within
@@ -33,6 +33,7 @@ def summarise(trace: Trace) -> Summary:
     formation = tracking.worst([phase.formation_error_m for phase in judged])
     apart, clear, speed, outside = _distances(trace) if not lacking.placeless else (None, None, None, None)
     spans = [phase.span for phase in phases]
+    filtered, conflicts = _filtered(trace)
     rate = {trace.plan.pilot[i]: gaps.control_rate(trace, i, spans) for i in trace.followers}
     summary = Summary(
         duration_s=(trace.end - trace.begin) / 1e9,
@@ -50,7 +51,8 @@ def summarise(trace: Trace) -> Summary:
         messages=_messages(trace),
         tracker=bad_input(trace).get(GATEWAY.kind, {}),
         rate=rate,
-        filtered=_filtered(trace),
+        filtered=filtered,
+        conflicts=conflicts,
         missing=tuple(lacking.sentences),
         phases=figures,
     )
@@ -63,14 +65,15 @@ def bad_input(trace: Trace) -> dict[str, dict[str, int]]:
     for vitals in trace.vitals:
         found.setdefault(vitals.last.identity, Counter()).update(dict(vitals.last.report.counts))
     for counts in found.values():
-        del counts[LAW_STEPS], counts[FILTERED]
+        del counts[LAW_STEPS], counts[FILTERED], counts[CONFLICTS]
     return {identity: dict(counts) for identity, counts in found.items() if counts}
 
 
-def _filtered(trace: Trace) -> float | None:
-    """Return the share of an own law's commands in formation that the safety filter changed, of the worst drone."""
+def _filtered(trace: Trace) -> tuple[float, float] | tuple[None, None]:
+    """Return the worst drone's share of changed commands but for conflicts, and that of these."""
     counts = [dict(vitals.last.report.counts) for vitals in trace.vitals]
-    return max([one.get(FILTERED, 0) / one[LAW_STEPS] for one in counts if one.get(LAW_STEPS)], default=None)
+    changed = [(one.get(FILTERED, 0), one.get(CONFLICTS, 0), one[LAW_STEPS]) for one in counts if one.get(LAW_STEPS)]
+    return max([((all_ - other) / steps, other / steps) for all_, other, steps in changed], default=(None, None))
 
 
 def _figures(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[PhaseFigures, ...]:

@@ -199,6 +199,11 @@ def _unsettled(error: Errors, phase: Span) -> Integers:
 
 
 def _errors(stamps: Integers, error: Floats, places: Floats | None = None) -> Errors:
-    norms = np.sqrt(np.sum(error**2, axis=1))
-    known = np.isfinite(norms)
-    return Errors(stamps[known], norms[known], None if places is None else places[known])
+    values = norms(error)
+    known = np.isfinite(values)
+    return Errors(stamps[known], values[known], None if places is None else places[known])
+
+
+def norms(vectors: Floats) -> Floats:
+    """Return the length of each row."""
+    return np.asarray(np.sqrt(np.sum(vectors**2, axis=1)))

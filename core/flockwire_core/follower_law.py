@@ -1,6 +1,8 @@
-"""Makes the law of a follower."""
+"""Makes the law of a follower, and says where it failed."""
 
 from __future__ import annotations
+
+import traceback
 
 from flockwire_core.law import Law
 from flockwire_core.objects import load_object
@@ -9,6 +11,15 @@ from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm
 
 PATIENCE = 5.0  # s, of a law in another process where time waits for it
+OURS = (  # files that call a law
+    "flockwire_agent/guarded_law.py",
+    *(f"flockwire_core/{name}.py" for name in ("own_law", "law", "objects", "follower_law", "wire/law_form")),
+)
+MOST_FRAMES = 4  # of an error
+
+
+class LateAnswerError(Exception):
+    """A law in another process has not answered in time."""
 
 
 def follower_law(swarm: Swarm, number: int, patience: float = PATIENCE) -> Law:
@@ -19,3 +30,12 @@ def follower_law(swarm: Swarm, number: int, patience: float = PATIENCE) -> Law:
     law, settings = load_object(law_object(swarm)), law_settings(swarm, number)
     found: Law = law(settings, swarm, patience) if swarm.control.elsewhere else law(settings)
     return found
+
+
+def raised(error: BaseException) -> str:
+    """Return an error and its file positions, the law's first, in one line."""
+    frames = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.endswith(OURS)]
+    frames = [f for f in frames if not f.filename.startswith("<frozen")]
+    places = [f"{frame.filename.rsplit('/', maxsplit=1)[-1]}:{frame.lineno}" for frame in frames[-MOST_FRAMES:]]
+    text = " ".join(f"{type(error).__name__}: {error}".split())
+    return text + (f" ({' > '.join(places)})" if places else "")

@@ -23,12 +23,12 @@ from flockwire_core.domain.record import Record
 from flockwire_core.domain.signals import LONGEST_NAME, MOST_SIGNALS
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add, distance, limit, norm, scale, subtract
-from flockwire_core.swarm.tables import Finite, NotNegative, Parameters, Positive
+from flockwire_core.swarm.tables import Finite, NotNegative, Parameters, Positive, Share
 
 __all__ = [
     "RELAYING", "SECOND", "ZERO", "Body", "BodyKind", "Decision", "Finite", "Heard", "Information", "Law",
     "LawSettings", "LeaderMotion", "Motion", "NotNegative", "Observation", "Output", "Pace", "Parameters", "Place",
-    "Positive", "Seen", "Sense", "Vector", "add", "distance", "limit", "norm", "scale", "subtract",
+    "Positive", "Seen", "Sense", "Share", "Vector", "add", "distance", "limit", "norm", "scale", "subtract",
 ]  # fmt: skip
 
 END_OF_TIME: Final = SECOND << 31  # Unix ns of the first stamp that a message cannot hold
@@ -167,6 +167,12 @@ class Place(Record):
         own = self.formation.offset(self.rank, t)
         return own if rank is None else subtract(own, self.formation.offset(rank, t))
 
+    def rate_to(self, j: int, t: float) -> Vector:
+        """Return h_i' - h_j' of the in-neighbour j, m/s."""
+        rank = self.ranks.get(j)
+        own = self.rate(t)
+        return own if rank is None else subtract(own, self.formation.offset_rate(rank, t))
+
 
 @mypyc_attr(acyclic=True)
 class Observation(Record):
@@ -215,7 +221,7 @@ class Decision(Record):
     """The output of a law: a command for the airframe, a message for the out-neighbours, an error of its own measure.
 
     `command` is any three numbers; `message` None: nothing to send; `error` m, None: the law has none. `signals` are
-    numbers by name that the trace keeps; no other drone receives them.
+    numbers by name that the trace keeps; no other drone receives them. `check_decision` judges what is given.
     """
 
     __slots__ = ("command", "message", "error", "signals", "stamp")
@@ -224,9 +230,9 @@ class Decision(Record):
         self,
         command: Any = ZERO,  # noqa: ANN401
         message: Any = None,  # noqa: ANN401
-        error: float | None = None,
+        error: Any = None,  # noqa: ANN401
         signals: Mapping[str, float] | None = None,
-        stamp: int = 0,
+        stamp: Any = 0,  # noqa: ANN401
     ) -> None:
         self.command: Final = command
         self.message: Final = message
@@ -261,16 +267,22 @@ def leader_of(heard: Heard) -> LeaderMotion:
     return motion
 
 
+UNORDERED: Final = (str, bytes, set, frozenset, dict)  # three of its parts are no three numbers
+
+
 def three(numbers: Any) -> Vector:  # noqa: ANN401
-    """Return three finite numbers as a vector; raises ValueError or TypeError for anything else."""
+    """Return three finite numbers as a vector; raises ValueError for anything else."""
     if type(numbers) is tuple and len(numbers) == 3:
         x, y, z = numbers
         if type(x) is float and type(y) is float and type(z) is float and -inf < x + y + z < inf:
             return (x, y, z)
-    found = () if isinstance(numbers, str | bytes) or numbers is None else tuple(numbers)
-    if len(found) != 3 or any(hasattr(one, "__len__") for one in found):
-        raise ValueError(f"must be three numbers, is {numbers!r}")
-    x, y, z = float(found[0]), float(found[1]), float(found[2])
+    try:
+        found = () if isinstance(numbers, UNORDERED) else tuple(numbers)
+        if len(found) != 3 or any(hasattr(one, "__len__") or isinstance(one, complex) for one in found):
+            raise ValueError
+        x, y, z = float(found[0]), float(found[1]), float(found[2])
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError(f"must be three numbers, is {' '.join(repr(numbers).split())}") from None
     if not -inf < x + y + z < inf:
         raise ValueError(f"holds a number that is not finite, {numbers!r}")
     return (x, y, z)
@@ -292,7 +304,7 @@ def check_decision(decision: object) -> Vector:
             three(vector)
     if not isinstance(decision.stamp, int) or not 0 <= decision.stamp < END_OF_TIME:
         raise ValueError(f"the stamp must be an int, in ns: {decision}")
-    if decision.error is not None and not -inf < float(decision.error) < inf:
+    if decision.error is not None and not is_number(decision.error):
         raise ValueError(f"error = {decision.error!r}: must be a finite number, or None")
     if decision.signals is not None:
         _check_signals(decision.signals)
@@ -301,10 +313,20 @@ def check_decision(decision: object) -> Vector:
 
 def _check_signals(signals: Mapping[Any, Any]) -> None:
     """Raise ValueError for signals that a trace cannot keep."""
+    if not isinstance(signals, Mapping):
+        raise TypeError(f"signals = {signals!r}: must be numbers by name, a dict")
     if len(signals) > MOST_SIGNALS:
         raise ValueError(f"{len(signals)} signals: must be {MOST_SIGNALS} or fewer")
     for name, value in signals.items():
         if not isinstance(name, str) or not 0 < len(name) <= LONGEST_NAME:
             raise ValueError(f"signal {name!r}: its name must be text of 1 to {LONGEST_NAME} characters")
-        if not isinstance(value, float | int) or not -inf < float(value) < inf:
+        if not is_number(value):
             raise ValueError(f"signal {name!r} = {value!r}: must be a finite number")
+
+
+def is_number(value: Any) -> bool:  # noqa: ANN401
+    """Return whether a law's `value` is one finite number."""
+    try:
+        return not isinstance(value, str) and -inf < float(value) < inf
+    except (TypeError, ValueError, OverflowError):
+        return False

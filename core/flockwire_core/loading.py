@@ -11,16 +11,17 @@ from typing import Any
 
 from flockwire_core.objects import load_object
 from flockwire_core.own_law import law_failures, law_problems
-from flockwire_core.swarm import airframe_rules, formation_rules, gateway_rules, ros_rules, rules
+from flockwire_core.swarm import formation_rules, ros_rules, rules
 from flockwire_core.swarm.airframes import AIRFRAMES
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.reading import read_text, read_toml
 from flockwire_core.swarm.rules import Rule
 from flockwire_core.swarm.validation import validate
+from flockwire_core.swarm.wording import InputError
 from flockwire_core.wire import address_rules
 
 
-class SwarmFileError(ValueError):
+class SwarmFileError(InputError):
     """A swarm file that cannot be flown; each line of the text names one key, its value and the rule."""
 
 
@@ -79,17 +80,17 @@ def problems(swarm: Swarm, to_fly: bool = True) -> list[str]:
 
     For a swarm that is not `to_fly`, because it has flown, no law is imported; it may be missing here.
     """
-    for stage in _stages(to_fly):
+    for stage in _stages(swarm, to_fly):
         if found := [problem for rule in stage for problem in rule(swarm)]:
             return list(dict.fromkeys(str(problem.of(swarm)) for problem in found))
     return []
 
 
-def _stages(to_fly: bool) -> Iterator[tuple[Rule, ...]]:
-    """Yield the rules; those of a stage need that the ones before are kept."""
-    own = (rule for row in AIRFRAMES if row.rules for rule in load_object(row.rules))
+def _stages(swarm: Swarm, to_fly: bool) -> Iterator[tuple[Rule, ...]]:
+    """Yield the rules; those of a stage need that the ones before are kept. An airframe's are loaded if it flies."""
+    own = (rule for row in AIRFRAMES if row.rules and swarm.of_kind(row) for rule in load_object(row.rules))
     yield rules.TABLES
-    yield (*rules.RULES, *formation_rules.RULES, *airframe_rules.RULES, *own, *gateway_rules.RULES, *ros_rules.RULES)
+    yield (*rules.RULES, *formation_rules.RULES, *own, *ros_rules.RULES)
     yield (*formation_rules.LATER, *address_rules.RULES)
     if to_fly:
         yield (law_problems,)

@@ -7,8 +7,10 @@ import sys
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, Final
 from zlib import crc32
+
+FAILURES: Final = (Exception, SystemExit)  # what a user's code may raise; Ctrl-C is none of it
 
 
 def load_object(path: str) -> Any:  # noqa: ANN401  (whatever it names)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import cast
 
 from pydantic import ValidationError
@@ -13,7 +12,7 @@ from flockwire_core.domain.body import Body, BodyKind
 from flockwire_core.domain.motion import LeaderMotion, Motion
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add
-from flockwire_core.follower_law import follower_law
+from flockwire_core.follower_law import follower_law, raised
 from flockwire_core.law import (
     STATE,
     Heard,
@@ -24,16 +23,16 @@ from flockwire_core.law import (
     Sense,
     check_decision,
 )
-from flockwire_core.objects import load_object
+from flockwire_core.objects import FAILURES, load_object
 from flockwire_core.parameters import law_parameters
 from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm, uav
-from flockwire_core.swarm.tables import Model
+from flockwire_core.swarm.tables import Parameters
 from flockwire_core.swarm.validation import Problem, problems_of
 from flockwire_core.swarm.wording import shown
 from flockwire_core.wire.information import declared as declared_by
-from flockwire_core.wire.information import information_of, relays
-from flockwire_core.wire.law_form import FormError, law_form, packed
+from flockwire_core.wire.information import information_of, relays, speakers
+from flockwire_core.wire.law_form import FormError, LawForm, law_form, packed
 from flockwire_core.wire.sighting import sensed
 
 START = 1_790_000_000 * SECOND  # Unix ns of a dry flight
@@ -41,13 +40,7 @@ OFF_PLACE: Vector = (0.1, -0.2, 0.05)  # m, of a drone from its place in a dry s
 IN_FORMATION = "flies in formation"
 BESIDE: Vector = (0.6, 0.8, 0.0)  # m, from a drone to a nearby body in a dry step
 
-OUR_FRAMES = tuple(f"flockwire_core/{name}.py" for name in ("own_law", "law", "objects", "follower_law"))
-
 Checked = tuple[list[str], list[str], dict[str, float]]  # problems, notes, predicted rates, 1/s
-
-
-class NoParameters(Model):
-    """The parameters of a law without its own model."""
 
 
 class LawError(ValueError):
@@ -58,8 +51,8 @@ def load_law(law: str) -> type[Law]:
     """Return the class that `law_object` names; raises LawError."""
     try:
         found = load_object(law)
-    except Exception as error:  # importing a user's module may raise anything
-        raise LawError(f"cannot import it: {_raised(error)}") from error
+    except FAILURES as error:  # importing a user's module may raise anything
+        raise LawError(f"cannot import it: {raised(error)}") from error
     if not isinstance(found, type) or not callable(getattr(found, "step", None)):
         raise LawError("must be a class with a method step(observation)")
     return cast("type[Law]", found)
@@ -76,6 +69,8 @@ def law_problems(swarm: Swarm) -> Iterator[Problem]:
         yield Problem("control.law", str(error))
     else:
         yield from (Problem("control.law", rule) for rule in _contradictions(declared, swarm))
+        if hasattr(law, "plan") is not (declared.deadline > 0.0):
+            yield Problem("control.law", "a method plan and a deadline > 0 in its information belong together: add one")
         yield from _of_leaders(law, declared, swarm)
         for place, edge in enumerate(swarm.graph.edges if not declared.signed else ()):
             if edge[2] < 0.0:
@@ -101,7 +96,10 @@ def _of_leaders(law: type[Law], declared: Information, swarm: Swarm) -> Iterator
 
 
 def _of_parameters(law: type[Law], swarm: Swarm) -> Iterator[Problem]:
-    model = getattr(law, "Parameters", NoParameters)
+    model = getattr(law, "Parameters", Parameters)
+    if not hasattr(model, "model_validate_json"):
+        yield Problem("control.law", "its Parameters must be a class of flockwire.law.Parameters")
+        return
     try:
         model.model_validate_json(json.dumps(law_parameters(swarm, law)))
     except ValidationError as error:
@@ -147,7 +145,11 @@ def law_failures(swarm: Swarm) -> Iterator[Problem]:
     """Make the law of every follower, and take dry steps with it, to find errors before a flight."""
     declared = information_of(swarm)
     form = law_form(declared)
-    for number in swarm.followers if swarm.control.own_law else ():
+    if not swarm.control.own_law:
+        return
+    if form is not None and not {*speakers(swarm)}.isdisjoint(swarm.leaders):
+        yield from _lead_failures(swarm, form)
+    for number in swarm.followers:
         when = "is made"
         try:
             law = follower_law(swarm, number)
@@ -163,11 +165,19 @@ def law_failures(swarm: Swarm) -> Iterator[Problem]:
                     said.append(form.unpack(data))
                 if declared.deadline > 0.0 and observation.place is not None and hasattr(law, "plan"):
                     plan = law.plan(observation)
-        except Exception as error:  # a user's class may raise anything
+        except FAILURES as error:  # a user's class may raise anything
             absent = swarm.control.elsewhere and isinstance(error, ConnectionError)
-            text = str(error) if absent else f"fails when that of {uav(number)} {when}: {_raised(error)}"
+            text = str(error) if absent else f"fails when that of {uav(number)} {when}: {raised(error)}"
             yield Problem("control.law", text)
             return
+
+
+def _lead_failures(swarm: Swarm, form: LawForm) -> Iterator[Problem]:
+    """Let the law lead once."""
+    try:
+        form.pack(load_object(law_object(swarm)).lead(0.0, LeaderMotion(ZERO)))
+    except FAILURES as error:
+        yield Problem("control.law", f"its class method lead(t, motion) fails: {raised(error)}")
 
 
 def dry_flight(swarm: Swarm, number: int, said: list[object]) -> Iterator[tuple[str, Observation]]:
@@ -243,10 +253,14 @@ def law_check(swarm: Swarm) -> Checked:
     if swarm.sole_leader is not None:
         places[swarm.sole_leader] = ZERO
     try:
-        problems, notes, rates = check(swarm.topology, places, law_parameters(swarm, law))
+        found = check(swarm.topology, places, law_parameters(swarm, law))
+        kinds = (list | tuple, list | tuple, Mapping)
+        if not isinstance(found, list | tuple) or len(found) != 3 or not all(map(isinstance, found, kinds)):
+            raise TypeError(f"it must return problems and notes (lists of text) and rates (a dict), not {found!r}")
+        problems, notes, rates = found
         return [*map(str, problems)], [*map(str, notes)], {str(name): float(rate) for name, rate in rates.items()}
-    except Exception as error:  # a user's may raise anything
-        return [f"its check fails: {_raised(error)}"], [], {}
+    except FAILURES as error:  # a user's may raise anything
+        return [f"its check fails: {raised(error)}"], [], {}
 
 
 def step_time(swarm: Swarm, read: Callable[[], int]) -> float:
@@ -260,11 +274,3 @@ def step_time(swarm: Swarm, read: Callable[[], int]) -> float:
         if when == IN_FORMATION:
             spent.append(read() - began)
     return min(spent) / SECOND
-
-
-def _raised(error: BaseException) -> str:
-    """Return an error in one line, with the last place in the user's file."""
-    frames = [f for f in traceback.extract_tb(error.__traceback__) if not f.filename.endswith(OUR_FRAMES)]
-    frames = [f for f in frames if not f.filename.startswith("<frozen")]
-    place = f" ({frames[-1].filename}:{frames[-1].lineno})" if frames else ""
-    return f"{type(error).__name__}: {error}{place}"

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from math import dist, inf
+from math import inf
 from typing import NamedTuple
 
-from flockwire_core.control.fence import Room
-from flockwire_core.control.formation import Formation
 from flockwire_core.control.guard import GuardParameters
-from flockwire_core.control.leader_track import leader_time_constant
 from flockwire_core.control.potential import PotentialParameters
-from flockwire_core.domain.body import Separation
 from flockwire_core.law import LawSettings
 from flockwire_core.objects import load_object
 from flockwire_core.swarm.laws import law_object
@@ -26,33 +21,21 @@ class PilotParameters(NamedTuple):
 
     number: int
     frame: str  # the name of the world frame
-    period: float  # s, between two steps
     driver: str  # the processes that drive its airframe, for messages
     leaders: tuple[int, ...]  # likewise
     relays: bool  # whether the law relays estimates of the leader
     lag: float  # s, of its airframe
     dead_time: float  # s, likewise
-    speed: float  # m/s, at most
     limits: Limits
     checks: Checks
-    room: Room
     ground: float  # m, world z of the ground
-    separation: Separation  # m, safety distances at landing
     disturbance: float  # m/s, most that is compensated
-    guard: GuardParameters | None  # None without a safety filter
+    guard: GuardParameters  # also the room, the safety distances at landing, the highest speed, the period
+    filtered: bool  # whether it has the safety filter
     sensing: bool  # whether it receives nearby bodies; else it knows its neighbours and `obstacles`
     obstacles: tuple[Obstacle, ...]
     potentials: PotentialParameters  # of the push while it holds without a safety filter
     formation_gain: float  # 1/s, of that push
-
-
-class AuctionParameters(NamedTuple):
-    """The parameters of a follower's part in the auction for places."""
-
-    followers: tuple[int, ...]  # the bidders, by rank
-    formations: frozenset[str]  # those whose places are shared out so, by the name in an order
-    shapes: Mapping[str, Formation]  # all formations, likewise
-    most_cost: float  # m^2, largest cost of a place: the fence's diagonal, squared
 
 
 def pilot_parameters(swarm: Swarm, number: int) -> PilotParameters:
@@ -61,32 +44,22 @@ def pilot_parameters(swarm: Swarm, number: int) -> PilotParameters:
     return PilotParameters(
         number=number,
         frame=swarm.frame,
-        period=1.0 / swarm.control.rate_hz,
         driver=", ".join(Roster(swarm).drivers(number)),
         leaders=swarm.leaders,
         relays=relays(swarm),
         lag=airframe.lag,
         dead_time=airframe.dead_time,
-        speed=swarm.full_speed(number),
         limits=swarm.limits,
         checks=swarm.checks,
-        room=swarm.limits.fence.room(),
         ground=swarm.ground,
-        separation=avoidance.kept,
         disturbance=swarm.control.disturbance,
-        guard=guard_parameters(swarm, number) if swarm.control.filtered else None,
+        guard=guard_parameters(swarm, number),
+        filtered=swarm.control.filtered,
         sensing=avoidance.sensing == "nearby",
         obstacles=swarm.obstacles,
         potentials=potential_parameters(swarm),
         formation_gain=swarm.control.formation_gain,
     )
-
-
-def auction_parameters(swarm: Swarm) -> AuctionParameters:
-    """Return the parameters of the auctions of `swarm`."""
-    formations = {name: swarm.build_formation(name) for name in swarm.formation_names}
-    fence = swarm.limits.fence
-    return AuctionParameters(swarm.followers, swarm.auctioned, formations, dist(fence.low, fence.high) ** 2)
 
 
 def guard_parameters(swarm: Swarm, number: int) -> GuardParameters:
@@ -128,6 +101,17 @@ def law_parameters(swarm: Swarm, law: object) -> dict[str, object]:
     places = {"leader_places": starts} if "leader_places" in fields else {}
     needed = {name: tables[name] for name, field in fields.items() if field.is_required() and name in tables}
     return {**needed, **places, **control.parameters}
+
+
+def leader_time_constant(depth: int) -> float:
+    """Return the time constant T, s, of the tracker of the leader's velocity for a swarm of `depth` hops.
+
+        T = max(0.15 s + 0.01 s · depth, 0.022 s · depth)        (ours)
+
+    The deepest drone extrapolates the longest, so noise has most effect there; a slower tracker is later in turns.
+    Beyond 12 hops T is a share of the age: the noise of the deepest estimate stays below twice that of the first.
+    """
+    return max(0.15 + 0.01 * depth, 0.022 * depth)
 
 
 def law_settings(swarm: Swarm, number: int) -> LawSettings:

@@ -1,4 +1,4 @@
-"""`--target systemd`: a folder for each host with all its files and no others; installed without internet."""
+"""`--target systemd`: a folder for each host with its units and its other files; installed without internet."""
 
 from __future__ import annotations
 
@@ -8,24 +8,87 @@ import tarfile
 from collections.abc import Iterator
 from hashlib import sha256
 from pathlib import Path
+from typing import NamedTuple
 
+from flockwire_core.swarm.wording import InputError
+from flockwire_core.wire.command_line import FilePaths, arguments
 from flockwire_core.wire.plan import Plan
 
-from flockwire_deploy.files import DeployError, has_law, template, write, write_keys, write_swarm
-from flockwire_deploy.units import folders, target_name, units
+from flockwire_deploy.files import has_law, template, write, write_keys, write_swarm
 from flockwire_deploy.wheels import Wheels, read_wheels
+
+CREDENTIALS = "%d"  # systemd's word for the folder of a unit's own keys
+
+
+class Folders(NamedTuple):
+    """The folders of a swarm on its hosts, separate from other swarms', also for the program."""
+
+    program: str
+    configuration: str
+    state: str  # below /var/lib
+
+    @property
+    def paths(self) -> FilePaths:
+        """The file paths of a process."""
+        return FilePaths(f"{self.configuration}/swarm/swarm.toml", CREDENTIALS, f"/var/lib/{self.state}")
+
+
+def folders(plan: Plan) -> Folders:
+    """Return the folders of the swarm on its hosts."""
+    return Folders(
+        f"/opt/flockwire/{plan.swarm.name}", f"/etc/flockwire/{plan.swarm.name}", f"flockwire/{plan.swarm.name}"
+    )
+
+
+def target_name(plan: Plan) -> str:
+    """Return the name of the unit that starts and ends all processes of a host."""
+    return f"flockwire-{plan.swarm.name}.target"
+
+
+def units(plan: Plan, host: str, program: str = "") -> dict[str, str]:
+    """Return the text of each unit of `host`, by its name; `program` is the folder of another installation."""
+    here, where = plan.processes_on(host), folders(plan)
+    names = {identity: f"flockwire-{plan.swarm.name}-{identity}.service" for identity in here}
+    service, target = template("process.service.j2"), template("swarm.target.j2")
+    found = {
+        names[identity]: service.render(
+            swarm=plan.swarm.name,
+            identity=identity,
+            line=[f"{program or where.program}/bin/flockwire", *arguments(plan, identity, where.paths, dated=True)],
+            after=[names[other] for other in here if _outlasts(plan, other, identity)],
+            target=target_name(plan),
+            keys=key_files(plan, identity),
+            folders=where,
+            writes=plan.rows[identity].records,
+        )
+        for identity in here
+    }
+    return found | {target_name(plan): target.render(swarm=plan.swarm.name, host=host, units=list(names.values()))}
+
+
+def _outlasts(plan: Plan, one: str, other: str) -> bool:
+    """Return whether `one` ends after `other` and starts before it; all wait for a router."""
+    if {one, other}.intersection(plan.routers):
+        return one in plan.routers and other not in plan.routers
+    return plan.rows[one].rank > plan.rows[other].rank
+
+
+def key_files(plan: Plan, identity: str) -> tuple[str, ...]:
+    """Return the names of the key files that `identity` needs."""
+    return (*(f"{name}.crt" for name in plan.authorities), f"{identity}.crt", f"{identity}.key")
+
 
 SUMS = "SHA256SUMS"
 
 
 def write_bundles(plan: Plan, swarm_file: Path, keys: Path, out: Path, wheels: Path, playbook: bool) -> str:
-    """Write a folder for each host, and what brings them there; returns the next step. Raises DeployError, OSError."""
+    """Write a folder for each host, and what brings them there; returns the next step. Raises InputError, OSError."""
     held, law, hosts = read_wheels(wheels), plan.swarm.control.law, tuple(plan.swarm.hosts)
     if not has_law(plan.swarm) and not held.install(law.partition(":")[0]):
         remedy = "build one into that folder, or put its file beside the swarm file"
-        raise DeployError(f"control.law = {law!r}: no wheel in --wheels contains it; {remedy}")
+        raise InputError(f"control.law = {law!r}: no wheel in --wheels contains it; {remedy}")
     if idle := next((host for host in hosts if not plan.processes_on(host)), None):
-        raise DeployError(f"hosts.{idle}: runs nothing; name it as a drone's host, give it processes, or remove it")
+        raise InputError(f"hosts.{idle}: runs nothing; name it as a drone's host, give it processes, or remove it")
     for host in hosts:
         _write_host(plan, host, out / host, swarm_file, keys, held)
     _remove_others(plan, out)

@@ -15,12 +15,12 @@ from typing import NamedTuple
 
 from flockwire_core.swarm.laws import BUILT_IN
 from flockwire_core.swarm.model import Swarm
+from flockwire_core.swarm.wording import InputError
 from flockwire_core.wire.command_line import FilePaths, arguments
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import OPERATOR
 
 from flockwire_deploy.files import (
-    DeployError,
     has_law,
     refuse_keys_in_use,
     remove_other_keys,
@@ -53,7 +53,7 @@ def aboard(plan: Plan) -> tuple[str, ...]:
 def networks(plan: Plan, within: IPv4Network | None = None) -> tuple[ContainerNetwork, ...]:
     """Return the networks of all containers, with subnets of `within` if given, or if they are many.
 
-    Raises DeployError if they do not fit.
+    Raises InputError if they do not fit.
     """
     spare = 4  # reserved addresses of a network: its own, broadcast, the engine's, one for a restarted container
     members = _members(plan)
@@ -63,7 +63,7 @@ def networks(plan: Plan, within: IPv4Network | None = None) -> tuple[ContainerNe
     length = 32 - (largest - 1).bit_length()
     whole = within or RANGE
     if length < whole.prefixlen or 2 ** (length - whole.prefixlen) < len(members):
-        raise DeployError(f"--subnets = {whole}: has no room for {len(members)} networks of {largest} addresses")
+        raise InputError(f"--subnets = {whole}: has no room for {len(members)} networks of {largest} addresses")
     subnets = whole.subnets(new_prefix=length)
     return tuple(ContainerNetwork(name, on, next(subnets)) for name, on in members.items())
 
@@ -127,7 +127,7 @@ def outside(swarm: Swarm) -> str:
 
 
 def compose_file(plan: Plan, within: IPv4Network | None = None) -> str:
-    """Return the text of compose.yaml. Raises DeployError."""
+    """Return the text of compose.yaml. Raises InputError."""
     page = template("compose.yaml.j2")
     return page.render(
         swarm=plan.swarm.name,
@@ -139,9 +139,9 @@ def compose_file(plan: Plan, within: IPv4Network | None = None) -> str:
 
 
 def write_compose(plan: Plan, swarm_file: Path, keys: Path, out: Path, within: IPv4Network | None) -> str:
-    """Write the folder of a swarm of containers on one machine; returns the next step. Raises DeployError, OSError."""
+    """Write the folder of a swarm of containers on one machine; returns the next step. Raises InputError, OSError."""
     if line := outside(plan.swarm):
-        raise DeployError(line)
+        raise InputError(line)
     text = compose_file(plan, within)
     for identity in aboard(plan):
         refuse_keys_in_use(keys, out / "keys" / identity)

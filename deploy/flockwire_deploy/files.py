@@ -15,15 +15,12 @@ from flockwire_core.security.files import in_use
 from flockwire_core.security.pki import authority_name
 from flockwire_core.swarm.laws import BUILT_IN, law_file
 from flockwire_core.swarm.model import Swarm
+from flockwire_core.swarm.wording import InputError
 from flockwire_core.wire.plan import AUTHORITY, Plan
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 
 Owner = tuple[int, int]  # user and group
 SWARM_FILE = "swarm.toml"
-
-
-class DeployError(ValueError):
-    """The swarm cannot be deployed; the text is one line: key or file, problem, remedy."""
 
 
 def template(name: str) -> Template:
@@ -37,12 +34,12 @@ def template(name: str) -> Template:
 
 
 def write_swarm(swarm: Swarm, file: Path, folder: Path, law: bool = True) -> None:
-    """Copy the swarm file, the files that it names, and an own `law`, into `folder`. Raises DeployError."""
+    """Copy the swarm file, the files that it names, and an own `law`, into `folder`. Raises InputError."""
     named = dict(_named(swarm))
     for key, name in named.items():
         path = PurePosixPath(name)
         if path.is_absolute() or ".." in path.parts or not (file.parent / path).is_file():
-            raise DeployError(f"{key} = {name!r}: must lie in the swarm file's folder to be deployed with it")
+            raise InputError(f"{key} = {name!r}: must lie in the swarm file's folder to be deployed with it")
     write(folder / SWARM_FILE, file.read_bytes())
     for name in named.values():
         write(folder / name, (file.parent / name).read_bytes())
@@ -53,7 +50,8 @@ def write_swarm(swarm: Swarm, file: Path, folder: Path, law: bool = True) -> Non
 def law_files(swarm: Swarm) -> dict[str, Path]:
     """Return the files of an own law, by their paths from the swarm file's folder; none for one of flockwire.
 
-    A package travels as a whole, from that folder or from where it is installed; a file with what it imports there.
+    A package travels as a whole, from that folder or from where it is installed; a file with what it imports there,
+    and each of these with all that has its name, as weights.
     """
     if _is_ours(swarm.control.law):
         return {}
@@ -67,10 +65,11 @@ def law_files(swarm: Swarm) -> dict[str, Path]:
 
 
 def _imported(folder: Path) -> dict[str, Path]:
-    """Return the files in `folder` that this process has imported, but for those installed there."""
+    """Return the files in `folder` that this process has imported, but for those installed there, and their data."""
     files = (Path(one).resolve() for each in [*sys.modules.values()] if (one := getattr(each, "__file__", None)))
     own = [path for path in files if path.is_relative_to(folder) and "site-packages" not in path.parts]
-    return {path.relative_to(folder).as_posix(): path for path in own}
+    named = [one for path in own for one in path.parent.glob(f"{path.stem}.*")]
+    return {path.relative_to(folder).as_posix(): path for path in named}
 
 
 def has_law(swarm: Swarm) -> bool:
@@ -104,13 +103,13 @@ def _below(package: Path, folder: Path) -> dict[str, Path]:
 def write_keys(plan: Plan, keys: Path, identities: Iterable[str], folder: Path, owner: Owner | None = None) -> None:
     """Copy the keys of `identities`, and the authorities' certificates, from `keys` into `folder`; remove others.
 
-    They then belong to `owner`, if given and permitted. Raises DeployError if one is missing.
+    They then belong to `owner`, if given and permitted. Raises InputError if one is missing.
     """
     own = tuple(identities)
     names = sorted([*(f"{name}.crt" for name in (*plan.authorities, *own)), *(f"{name}.key" for name in own)])
     for name in names:
         if not (keys / name).is_file():
-            raise DeployError(
+            raise InputError(
                 f"--keys = {keys}: has no {name}; run `flockwire keys` where authority/ca.key is and copy the files"
             )
     folder.mkdir(parents=True, exist_ok=True)
@@ -134,28 +133,28 @@ def remove_other_keys(folder: Path, identities: Iterable[str]) -> None:
 
 
 def refuse_other_keys(plan: Plan, keys: Path) -> None:
-    """Raise DeployError if the folder `keys` is another swarm's."""
+    """Raise InputError if the folder `keys` is another swarm's."""
     path = keys / f"{AUTHORITY}.crt"
     if not path.exists():
         return
     try:
         name = common_name(x509.load_pem_x509_certificate(path.read_bytes()))
     except (OSError, ValueError) as error:
-        raise DeployError(f"--keys = {keys}: its {path.name} cannot be read: {error}") from None
+        raise InputError(f"--keys = {keys}: its {path.name} cannot be read: {error}") from None
     if name != authority_name(plan.swarm.name):
-        raise DeployError(
+        raise InputError(
             f"--keys = {keys}: are of {name!r}, this swarm is {plan.swarm.name!r}; name this swarm's, or omit --keys"
         )
 
 
 def refuse_keys_in_use(keys: Path, folder: Path) -> None:
-    """Raise DeployError if processes of this machine run with the keys in `folder`, and those in `keys` are new.
+    """Raise InputError if processes of this machine run with the keys in `folder`, and those in `keys` are new.
 
     Keys of the same authority may be replaced.
     """
     new, old = keys / f"{AUTHORITY}.crt", folder / f"{AUTHORITY}.crt"
     if in_use(folder) and new.read_bytes() != old.read_bytes():
-        raise DeployError(
+        raise InputError(
             f"{folder}: processes of this machine run with these keys, and those of {keys} have a new authority: no "
             "order, not even a stop, would reach them; end them first"
         )

@@ -13,7 +13,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import NamedTuple
 
-from flockwire_deploy.files import DeployError
+from flockwire_core.swarm.wording import InputError
 
 ARCHITECTURES = ("x86_64", "aarch64")
 INSTALLER = "pip"  # one of the wheels: a system's Python may lack it
@@ -71,7 +71,7 @@ class Wheels(NamedTuple):
             shutil.copyfile(wheel.file, folder / wheel.file.name)
 
     def install(self, module: str) -> bool:
-        """Return whether a wheel contains the package or file of `module`. Raises DeployError."""
+        """Return whether a wheel contains the package or file of `module`. Raises InputError."""
         top = module.partition(".")[0]
         names = (name for wheel in self.wheels for name in _archive(wheel.file).namelist())
         return any(name.partition("/")[0] in (top, f"{top}.py") for name in names)
@@ -87,10 +87,10 @@ class Wheels(NamedTuple):
 
 
 def read_wheels(folder: Path) -> Wheels:
-    """Return the wheels in `folder`; raises DeployError if this flockwire cannot be installed from them."""
+    """Return the wheels in `folder`; raises InputError if this flockwire cannot be installed from them."""
     found = Wheels(tuple(_wheel(file) for file in sorted(folder.glob("*.whl"))))
     for wrong in _problems(found):
-        raise DeployError(f"--wheels = {folder}: {wrong}; {MAKE_THEM}")
+        raise InputError(f"--wheels = {folder}: {wrong}; {MAKE_THEM}")
     return found
 
 
@@ -131,13 +131,13 @@ def _archive(wheel: Path) -> zipfile.ZipFile:
     try:
         return zipfile.ZipFile(wheel)
     except zipfile.BadZipFile:
-        raise DeployError(f"{wheel}: is not a valid wheel; {MAKE_THEM}") from None
+        raise InputError(f"{wheel}: is not a valid wheel; {MAKE_THEM}") from None
 
 
 def _wheel(file: Path) -> Wheel:
     parts = _NAME.fullmatch(file.name)
     if parts is None:
-        raise DeployError(f"{file}: does not have a wheel's name; {MAKE_THEM}")
+        raise InputError(f"{file}: does not have a wheel's name; {MAKE_THEM}")
     platform, abi = parts["platform"], parts["abi"]
     named = frozenset(arch for arch in ARCHITECTURES if arch in platform)
     bound = frozenset(parts["python"].split(".") if abi.startswith("cp") else [ANY])

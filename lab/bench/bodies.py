@@ -1,7 +1,8 @@
 """Poses that are not the drone's, in virtual time: whether it lands inside the fence, and whether none is missed.
 
-Honest flights draw the airframe, a gain wrong by 30 % and a lag wrong by 60 % that no pilot knows, wind, gusts and
-downwash, noise, latency, law and speeds; none may refuse its poses for longer than a moment. Each kind of lie is flown
+Honest flights draw the airframe, a gain wrong by 30 % and a lag wrong by 60 % that no pilot knows (of multirotors also
+the model, a mass wrong by 15 %, gains of the autopilot wrong by 30 %), wind, gusts and downwash, noise, latency, law
+and speeds; none may refuse its poses for longer than a moment. Each kind of lie is flown
 with drawn swarms, from a drawn time on, for 3 s or until the end. A row: how far the worst drone was outside the fence
 and how near two in the air came to one another from then on, m. It is bad if an honest pilot takes its body for
 another, a lie is missed, or a drone is 0.5 m outside or nearer than 0.2 m to another.
@@ -23,6 +24,8 @@ from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector, add
 from flockwire_core.loading import parse_swarm
 from flockwire_core.process.cores import Start
+from flockwire_core.swarm.airframes import MULTIROTOR
+from flockwire_core.swarm.drones import Airframe
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key
@@ -32,6 +35,7 @@ from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.process import Published
 from flockwire_lab.world import World
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
+from flockwire_twins.multirotor.swarm_file import MODELS
 from flockwire_twins.trackers.cameras import SimulatedSource
 
 FENCE, MARGIN, COLLISION, AIR = 3.5, 0.5, 0.2, 0.15  # m; a drone above AIR flies
@@ -182,6 +186,12 @@ def swarm_of(chance: Random, airframe: str, honest: bool) -> tuple[Swarm, list[d
     }
     if airframe == "kinematics":
         table["airframes"][airframe] |= {"lag": lag, "dead_time": dead}
+    if airframe == "multirotor":  # its lag is its own, so the swarm file's is wrong
+        table["airframes"][airframe] |= {
+            "model": chance.choice(sorted(MODELS)),
+            "rotors": chance.random() < 0.3,
+            "lag": MULTIROTOR.built_in["lag"] / chance.uniform(0.4, 1.6),
+        }
     for i in range(1, 5):
         a = pi / 2.0 * i
         start = [round(1.2 * cos(a), 3), round(1.2 * sin(a), 3), 0.0]
@@ -197,10 +207,7 @@ def swarm_of(chance: Random, airframe: str, honest: bool) -> tuple[Swarm, list[d
     swarm = parse_swarm(table, "bodies")
     faults: list[dict[str, Any]] = []
     if honest:
-        for i in range(5):
-            known = swarm.airframe(i)
-            lag = known.lag * chance.uniform(0.4, 1.6)
-            faults.append({"at": 0.0, "kind": "lag", "drone": i, "lag": lag, "dead_time": known.dead_time})
+        faults += [{"at": 0.0, "drone": i} | _unknown(chance, swarm.airframe(i), airframe) for i in range(5)]
         for _ in range(3):  # gusts of others' downwash: 0.3 to 1 s, downwards and to a side
             at, down = chance.uniform(1.0, 10.0), chance.uniform(0.3, 1.2)
             side = [chance.uniform(-0.5, 0.5), chance.uniform(-0.5, 0.5), -down]
@@ -208,14 +215,21 @@ def swarm_of(chance: Random, airframe: str, honest: bool) -> tuple[Swarm, list[d
     return swarm, sorted(faults, key=lambda fault: float(fault["at"]))
 
 
-def fly_honest(seed: int) -> bool:
-    """Fly once without a lie; returns whether no body was taken for another."""
+def _unknown(chance: Random, known: Airframe, airframe: str) -> dict[str, Any]:
+    """Return the fault by which an airframe differs from what the swarm file says of it."""
+    if airframe == "multirotor":
+        return {"kind": "wear", "mass": chance.uniform(0.85, 1.15), "gains": chance.uniform(0.7, 1.3)}
+    return {"kind": "lag", "lag": known.lag * chance.uniform(0.4, 1.6), "dead_time": known.dead_time}
+
+
+def fly_honest(seed: int, airframe: str = "") -> bool:
+    """Fly once without a lie; returns whether no body was taken for another, and no poses were refused for 1 s."""
     chance = Random(f"honest {seed}")
-    airframe = ("kinematics", "tello")[seed % 2]
+    airframe = airframe or ("kinematics", "tello")[seed % 2]
     swarm, faults = swarm_of(chance, airframe, honest=True)
     watch = Watch(swarm, 0.0)
     outcome = World(swarm, seed, DURATION, parse_faults({"faults": faults}, Plan(swarm), "bench"), watch.take).run()
-    well = not watch.apart
+    well = not watch.apart and max(watch.refused.values(), default=0) < swarm.gateway.rate_hz
     if not well or watch.refused or seed % 100 == 99:
         print(
             f"honest {seed:4} {airframe:10} {watch.apart or ''} refused {watch.refused} {outcome.failure}", flush=True

@@ -3,10 +3,11 @@
     .compiled/bin/python lab/bench/drawn_flights.py [--only FAMILY ...] [--flights 1000] [--first 0] [--jobs 2]
     .compiled/bin/python lab/bench/drawn_flights.py --only "rare faults" --seed N        (one again, told step by step)
 
-`faults` are short flights of the paper's swarm with one to three faults, `rare faults` those with what few flights meet
+`faults` are short flights of the paper's swarm with one to three faults, also of multirotors; `rare faults` meet more
 (fault_judge.py); `stacked` are three drones above each other without poses (stacked.py). `pairs` and `sequences` are
 orders of several stations (order_pairs.py, order_sequences.py), `laws` those that know no safety, alone, with
-multirotors and among people (hostile.py), `own poses` and `lies` those of the tracker (bodies.py). A bad flight, or one
+multirotors and among people (hostile.py), `own poses`, also of multirotors, and `lies` those of the tracker
+(bodies.py). A bad flight, or one
 whose code raises, is printed with its seed. Without --only the families take turns; --seconds ends one process after
 so much processor time. The status is 1 if any flight was bad; at the end stands what the flights showed.
 """
@@ -24,6 +25,7 @@ from multiprocessing import Pool
 from time import process_time
 
 import bodies
+import fault_draws
 import fault_judge
 import hostile
 import order_pairs
@@ -50,6 +52,7 @@ def _breached(result: hostile.Result) -> str:
 FAMILIES: dict[str, Callable[[int], str | fault_judge.Result]] = {  # what is bad of a seed's flight, or its result
     "faults": fault_judge.fly,
     "rare faults": fault_judge.fly_rare,
+    "faults with multirotors": lambda seed: fault_judge.Judge(fault_draws.drawn(seed, multirotors=True)).fly(),
     "stacked": lambda seed: fault_judge.Judge(stacked.drawn(seed)).fly(),
     "pairs": lambda seed: order_pairs.fly(order_pairs.case_of(seed)).wrong,
     "sequences": lambda seed: order_sequences.fly(seed).wrong,
@@ -57,6 +60,7 @@ FAMILIES: dict[str, Callable[[int], str | fault_judge.Result]] = {  # what is ba
     "laws with multirotors": lambda seed: _breached(hostile.fly_multirotors(hostile.point_of(seed))),
     "laws among people": lambda seed: _breached(hostile.fly(hostile.point_of(seed), people=True)),
     "own poses": lambda seed: "" if bodies.fly_honest(seed) else "taken for another body",
+    "own poses of multirotors": lambda seed: "" if bodies.fly_honest(seed, "multirotor") else "taken for another body",
     "lies": lambda seed: "" if bodies.fly_lie(*bodies.lie_of(seed))[1] else "missed, or harmed somebody",
 }
 TOLD = {"faults": fault_judge.fly, "rare faults": fault_judge.fly_rare}  # families that tell what happens

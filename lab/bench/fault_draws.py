@@ -16,8 +16,9 @@ from flockwire_lab.faults.kinds import Fault
 from flockwire_lab.rare import Rare
 from flockwire_lab.search.drawing import FAULT_KINDS, WORLD_KINDS, random_fault, second_station
 from flockwire_lab.search.events import EVENTS, SECOND_STATION, Event, parse_events
-from flockwire_lab.study.draws import random_starts
 from flockwire_lab.study.file import Starts
+from flockwire_lab.study.variation import random_starts
+from hostile import make_multirotors
 from rare_draws import FALSE, answered, rare_faults
 from rare_swarms import alter
 
@@ -58,8 +59,8 @@ class Drawn:
         return faults, events, [fault for fault in named if fault["kind"] not in usual]
 
 
-def drawn(seed: int, edges: list[list[int]] | None = None, rare: bool = False) -> Drawn:
-    """Draw the flight of `seed`, with other `edges` than the chain's.
+def drawn(seed: int, edges: list[list[int]] | None = None, rare: bool = False, multirotors: bool = False) -> Drawn:
+    """Draw the flight of `seed`, with other `edges` than the chain's, of `multirotors` where drones are no Tellos.
 
     `rare` adds what few flights meet, and takes faults away for it.
     """
@@ -77,6 +78,9 @@ def drawn(seed: int, edges: list[list[int]] | None = None, rare: bool = False) -
     tight = chance.random() < 0.25
     if tight and not (rare and law == "paper"):  # long at the fence, the paper's law keeps no distance
         tighten_fence(table, file, chance)
+    if multirotors and file == "paper_simulation":
+        models = Random(f"multirotors {seed}")
+        make_multirotors(table, models.random(), rotors=models.random() < 0.3)
     if moved:
         places = random_starts(parse_swarm(table, file), Starts(box=(6.0, 6.0), fixed=(0,)), chance)
         for drone, (x, y) in zip(table["drones"], places, strict=True):

@@ -38,7 +38,7 @@ class Injector(EventInjector):
     def _flies(self) -> bool:
         """Whether a drone is in the air, or a Tello has begun to take off without its driver."""
         airframes = self._world.processes["kinematics"]._core._airframes.values()
-        return any(one.in_the_air or one.position[2] > DOWN for one in airframes)
+        return any(one.in_the_air or one.airframe.position[2] > DOWN for one in airframes)
 
     def start(self) -> None:
         """Start with what counts from the flight's beginning."""

@@ -17,9 +17,9 @@ from flockwire_core.wire.processes import CONSOLE
 from flockwire_lab.process import Published
 from flockwire_lab.search.events import SECOND_STATION
 from flockwire_lab.search.flight import OVERTIME, fall_time, judge
-from flockwire_lab.search.margin import BOUNDS, Bounds
+from flockwire_lab.search.margin import BOUNDS, Bounds, Flown
 from flockwire_lab.search.record import Recorder
-from flockwire_lab.search.robustness import closest
+from flockwire_lab.search.robustness import pairs_in_the_air
 from flockwire_lab.world import EPOCH, World
 from rare_draws import APART, HAND, ORDERS, UPLINK
 from rare_swarms import SIDE
@@ -30,6 +30,12 @@ NO_PLACE = f"pilot: landing, {CROWDED.code}"
 UNOWED = {  # a hand still holds it; it obeys its last command; it is elsewhere until its pilot knows (docs/safety.md)
     HAND: ("down",), UPLINK: ("fence", "clearance"), APART: ("distance", "clearance", "fence"), "swap": ("fence",),
 }  # fmt: skip
+
+
+def nearest(flown: Flown, falls: bool) -> float:
+    """Return the smallest distance of two drones in the air, m, of which one falls, or neither."""
+    closest = (float(gaps[fall == falls].min(initial=inf)) for *_, gaps, fall in pairs_in_the_air(flown))
+    return min(closest, default=inf)
 
 
 @dataclass
@@ -89,7 +95,7 @@ class Judge:
         injector.start()
         outcome = self.world.run()
         injector.end()
-        if recorder.was_stopped:  # the flight is over when all motors are off: let the drones fall
+        if recorder.stopped is not None:  # the flight is over when all motors are off: let the drones fall
             scheduler.run(scheduler.now + fall_time(flight.swarm))
         flown = recorder.flown(
             EPOCH + nanoseconds(outcome.seconds), outcome.failure, fails=self._fails, world_ended=injector.world_ended,
@@ -107,7 +113,8 @@ class Judge:
         fastest = flight.swarm.limits.vertical_speed + self._bounds.hard
         return Result(
             flight.seed, flight.variant, flight.usual, list(flight.faults), outcome.failure, outcome.seconds,
-            closest(flown), closest(flown, falls=True), 0.0 if contact is None else (1.0 - contact.value) * fastest,
+            nearest(flown, falls=False), nearest(flown, falls=True),
+            0.0 if contact is None else (1.0 - contact.value) * fastest,
             injector.world_ended, [what for what in bad if what not in unpromised], unpromised, judged.reactions,
             judged.events,
             {name: round(margin.value, 4) for name, margin in judged.margins.items()},

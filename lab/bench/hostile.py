@@ -184,12 +184,17 @@ def fly(point: Sequence[float], people: bool = False) -> Result:
 def fly_multirotors(point: Sequence[float]) -> Result:
     """Fly the flight of a point with multirotors, of one model, by the fitted model or with rotors."""
     table, faults = drawn(point, people=False)
-    model = [*MODELS][int(point[-1] * len(MODELS))]
-    dead_time = 0.15 if model == "quad_1kg" else 0.1  # s, as identified (docs/multirotor.md)
-    table["airframes"] = {"multirotor": {"model": model, "rotors": point[-2] < 0.3, "dead_time": dead_time}}
+    make_multirotors(table, point[-1], rotors=point[-2] < 0.3)
+    return measured(table, faults)
+
+
+def make_multirotors(table: Table, choice: float, rotors: bool) -> None:
+    """Make the drones of a swarm multirotors of one model, chosen by a number in [0, 1)."""
+    model = [*MODELS][int(choice * len(MODELS))]
+    identified = {"lag": 0.14, "dead_time": 0.16} if model == "quad_1kg" else {}  # s (docs/multirotor.md)
+    table.setdefault("airframes", {})["multirotor"] = {"model": model, "rotors": rotors, **identified}
     for drone in table["drones"]:
         drone["airframe"] = "multirotor"
-    return measured(table, faults)
 
 
 def point_of(number: int) -> tuple[float, ...]:

@@ -27,6 +27,7 @@ from drone_models.utils.rotation import ang_vel2rpy_rates, rpy_rates2ang_vel
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO
 from flockwire_core.loading import parse_swarm
+from flockwire_core.swarm.airframes import MULTIROTOR
 from flockwire_core.swarm.drones import Airframe
 from flockwire_lab.process import Published
 from flockwire_lab.world import World
@@ -34,8 +35,10 @@ from flockwire_operator.station.excitation import PULSES, STEP
 from flockwire_operator.station.identification import StepResponse, fit_axis
 from flockwire_twins.kinematics.airframe import FirstOrderAirframe
 from flockwire_twins.multirotor import airframe
+from flockwire_twins.multirotor.airframe import make_vehicle
+from flockwire_twins.multirotor.fitted import FittedVehicle
 from flockwire_twins.multirotor.parameters import parameters_of
-from flockwire_twins.multirotor.vehicle import FittedVehicle, Vehicle, make_vehicle
+from flockwire_twins.multirotor.vehicle import Vehicle
 from matplotlib import pyplot
 from rotorpy.vehicles.crazyflie_params import quad_params
 from rotorpy.vehicles.multirotor import Multirotor as RotorPyMultirotor
@@ -53,12 +56,12 @@ SWARM: dict[str, Any] = {
 }
 
 
-class PublicModel:
-    """so_rpy_rotor_drag of drone-models, with the interface of FittedModel."""
+class PublicVehicle(FittedVehicle):
+    """so_rpy_rotor_drag of drone-models."""
 
-    def __init__(self, model: Any, name: str, dt: float) -> None:
-        self.tilt_gain, self.yaw_gain, self._dt = model.tilt_gain, model.yaw_gain, dt
-        self._derivative = parametrize(dynamics, drone_model=name)
+    def __init__(self, p: Any) -> None:
+        super().__init__(p, p.fitted)
+        self._derivative = parametrize(dynamics, drone_model="cf2x_L250")
 
     def flown(self, s: Any, command: Any, *_: Any) -> Any:
         """Return the state a step later; mass, lift and wind are as the figures have them."""
@@ -92,13 +95,6 @@ class PublicModel:
         position, velocity = (tuple(map(float, np.array(old) + dt * new)) for old, new in ((s[0], x), (s[1], v)))
         up = tuple(map(float, rotation.apply([0, 0, 1])))
         return (position, velocity, tuple(map(float, v)), *turns, up, float(s[7] + dt * force[0]))
-
-
-def public_vehicle(p: Any) -> Vehicle:
-    """Return a vehicle that flies by the public model."""
-    vehicle = FittedVehicle(p, p.fitted)
-    vehicle._model = PublicModel(vehicle._model, "cf2x_L250", p.step_s)  # type: ignore[assignment]
-    return vehicle
 
 
 class RotorPyVehicle(Vehicle):
@@ -189,10 +185,10 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=12.0)
     options = parser.parse_args()
     cases: dict[str, tuple[dict[str, Any], Callable[[Any], Vehicle] | None]] = {
-        "lag and dead time": ({"lag": 0.16, "dead_time": 0.1}, None),
+        "lag and dead time": (dict(MULTIROTOR.built_in), None),
         "cf2x_L250, fitted": ({"model": "cf2x_L250"}, make_vehicle),
         "cf2x_L250, rotors": ({"model": "cf2x_L250", "rotors": True}, make_vehicle),
-        "public model": ({"model": "cf2x_L250"}, public_vehicle),
+        "public model": ({"model": "cf2x_L250"}, PublicVehicle),
         "RotorPy": ({"model": "cf2x_L250"}, RotorPyVehicle),
     }
     steps, flights = pyplot.subplots(figsize=(6, 3.5)), pyplot.subplots(figsize=(6, 3.5))
@@ -213,6 +209,7 @@ def main() -> None:
         print("|", " | ".join((name, *figures, f"{tilt:.2f}", f"{cost:.1f}")), "|", flush=True)
         steps[1].plot(shown[:, 0], shown[:, 1], label=name)
         flights[1].semilogy(t, 1e3 * errors[:, 1], ".", ms=3, label=name)
+    options.out.mkdir(parents=True, exist_ok=True)
     for (figure, axes), labels, file in (
         (steps, ("t, s", "velocity, m/s"), "multirotor_step.png"),
         (flights, ("t, s", "formation error, mm"), "multirotor_formation.png"),

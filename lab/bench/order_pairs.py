@@ -117,7 +117,7 @@ def fly(case: Case) -> Outcome:
         world.processes[name].clock = LocalClock(EPOCH, nanoseconds(clock))
         for (sender, receiver), link in world.links.items():
             if name in (sender, receiver):  # each drone has links of its own: orders cross on the way to some
-                link.impose(Conditions((out if sender == name else home) * chance.uniform(0.7, 1.0)))
+                link.disturb(Conditions((out if sender == name else home) * chance.uniform(0.7, 1.0)))
     begin = BEGIN[case.situation] + 2.0 * (there[0] + back[0] + 1.0 if case.situation != "on the ground" else 0.0)
     if case.situation != "on the ground":
         _at(world, ASKED, "operator", "start")

@@ -254,7 +254,7 @@ def fly(seed: int) -> Outcome:
         world.processes[name].clock = LocalClock(EPOCH, nanoseconds(clock))
         for (sender, receiver), link in world.links.items():
             if name in (sender, receiver):  # each drone has links of its own: orders cross on the way to some
-                link.impose(Conditions((out if sender == name else home) * chance.uniform(0.2, 1.0)))
+                link.disturb(Conditions((out if sender == name else home) * chance.uniform(0.2, 1.0)))
 
     def give(given: Given, at: int) -> None:
         name = GIVERS[given.giver][1]

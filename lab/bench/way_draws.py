@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import cos, dist, hypot, pi, sin, sqrt
+from math import cos, dist, hypot, inf, pi, sin, sqrt
 from random import Random
 
-from flockwire_core.control.formation import Grid
+from flockwire_core.control.formation import Circle, Formation, Grid, Line
+from flockwire_core.control.trajectory import Waypoints
 from settling import AREA, SPACING, TELLO, Table, merged
 
 Point = tuple[float, float]
@@ -130,28 +131,37 @@ def corridor(number: int, airframe: Table) -> Flight:
 
 def circling(number: int, airframe: Table) -> Flight:
     """Nine in a grid behind a leader that circles, three obstacles that places pass at first."""
-
-    def position(t: float) -> Point:
-        return (2.0 * sin(0.12 * t), 2.0 - 2.0 * cos(0.12 * t))
-
-    return _passed(f"circling {number}", 3, 12.0, _circle(2.0, 0.12), position, airframe)
+    chance = Random(f"circling {number}")
+    return _passed(chance, NINE, 3, 12.0, _circle(2.0, 0.12), _on_circle(2.0, 0.12), airframe)
 
 
 def straight(number: int, airframe: Table) -> Flight:
     """Nine in a grid behind a leader on a line, two such obstacles."""
-    return _passed(f"straight {number}", 2, 16.0, _straight(0.3), lambda t: (0.3 * t, 0.0), airframe)
+    chance = Random(f"straight {number}")
+    return _passed(chance, NINE, 2, 16.0, _straight(0.3), lambda t: (0.3 * t, 0.0), airframe)
 
 
 def free(number: int, airframe: Table) -> Flight:
     """Nine in a grid behind a leader on a line, no obstacles: only the others are in the way."""
-    return _passed(f"free {number}", 0, 0.0, _straight(0.2), lambda t: (0.2 * t, 0.0), airframe)
+    chance = Random(f"free {number}")
+    return _passed(chance, NINE, 0, 0.0, _straight(0.2), lambda t: (0.2 * t, 0.0), airframe)
+
+
+def drawn(number: int, airframe: Table) -> Flight:
+    """5 to 12 drones 0.9 to 1.5 m apart, 1 to 4 obstacles that places pass, a leader on a line, a circle or an 8."""
+    attempt = 0
+    while (flight := _drawn(Random(f"drawn {number} {attempt}"), airframe)) is None:
+        attempt += 1  # there was no room for the obstacles
+    return flight
 
 
 FAMILIES: dict[str, Callable[[int, Table], Flight]] = {
-    family.__name__: family for family in (issue, obstacles, crossing, person, swap, corridor, circling, straight, free)
+    family.__name__: family
+    for family in (issue, obstacles, crossing, person, swap, corridor, circling, straight, free, drawn)
 }
 
 
+NINE = ({"kind": "grid", "spacing": 0.9}, Grid(8, 0.9, 3, 0.0), 8)
 Path = tuple[Table, Callable[[Point], float]]
 """The table of a leader's trajectory from the origin, and the distance of a point from it."""
 
@@ -170,6 +180,44 @@ def _circle(radius: float, rate: float) -> Path:
         return min(dist(point, (radius * sin(0.1 * k), radius * (1.0 - cos(0.1 * k)))) for k in range(63))
 
     return {"kind": "circle", "radius": radius, "rate": rate}, away
+
+
+def _on_circle(radius: float, rate: float) -> Callable[[float], Point]:
+    return lambda t: (radius * sin(rate * t), radius * (1.0 - cos(rate * t)))
+
+
+def _lemniscate(size: float, speed: float) -> tuple[Path, Callable[[float], Point]]:
+    """Return a figure 8 of Gerono that begins at its middle, `size` m to each end, and the position on it."""
+    points = [(size * sin(k * pi / 24.0), 0.5 * size * sin(k * pi / 12.0), 0.0) for k in range(49)]
+    table = {"kind": "waypoints", "points": [list(point) for point in points], "speed": speed, "loop": True}
+    flown = Waypoints(tuple(points), speed, True)
+
+    def position(t: float) -> Point:
+        x, y, _ = flown.position(t)
+        return (x, y)
+
+    return (table, lambda point: min(dist(point, (x, y)) for x, y, _ in points)), position
+
+
+def _drawn(chance: Random, airframe: Table) -> Flight | None:
+    spacing, followers = chance.uniform(0.9, 1.5), chance.randint(4, 11)
+    kind = chance.choice(("grid", "grid", "line", "circle"))
+    rate = chance.uniform(-0.05, 0.05) if kind == "circle" else 0.0
+    radius = max(spacing, 0.5 * spacing / sin(pi / followers))  # m, the leader is as far as the neighbours at least
+    shapes: dict[str, tuple[Table, Formation]] = {
+        "grid": ({"spacing": spacing}, Grid(followers, spacing, 3, 0.0)),
+        "line": ({"spacing": spacing, "heading": 0.5 * pi}, Line(followers, spacing, 0.5 * pi, 0.0)),
+        "circle": ({"radius": radius, "rate": rate}, Circle(followers, radius, rate)),
+    }
+    table, formation = shapes[kind]
+    speed, size = chance.uniform(0.15, 0.3), chance.uniform(1.5, 2.5)
+    path, position = {
+        "line": (_straight(speed), lambda t: (speed * t, 0.0)),
+        "circle": (_circle(size, speed / size), _on_circle(size, speed / size)),
+        "lemniscate": _lemniscate(size, speed),
+    }[chance.choice(("line", "circle", "lemniscate"))]
+    shape = (table | {"kind": kind}, formation, followers)
+    return _passed(chance, shape, chance.randint(1, 4), 14.0, path, position, airframe, 0.5, 300.0)
 
 
 def _obstructed(
@@ -203,25 +251,35 @@ def _obstructed(
 
 
 def _passed(
-    seed: str, count: int, last: float, path: Path, position: Callable[[float], Point], airframe: Table
-) -> Flight:
-    """Return a flight of a grid of nine, whose places pass `count` obstacles from FIRST to `last` s, none later."""
-    chance, found, grid = Random(seed), list[tuple[Point, float]](), Grid(8, 0.9, 3, 0.0)
-    offsets = [grid.offset(rank, 0.0) for rank in range(8)]
-    places = [
-        (0.1 * k, [(at[0] + x, at[1] + y) for x, y, _ in offsets])
-        for k in range(round(10.0 * LAST))
-        for at in (position(0.1 * k),)
-    ]
+    chance: Random,
+    shape: tuple[Table, Formation, int],
+    count: int,
+    last: float,
+    path: Path,
+    position: Callable[[float], Point],
+    airframe: Table,
+    largest: float = 0.4,
+    tries: float = inf,
+) -> Flight | None:
+    """Return a flight whose places pass `count` obstacles from FIRST to `last` s, none later; None after `tries`."""
+    table, formation, followers = shape
+    found = list[tuple[Point, float]]()
+    times = [0.1 * k for k in range(round(10.0 * LAST))]
+    places = [(t, *(formation.offset(rank, t)[:2] for rank in range(followers))) for t in times]
+    moved = [(t, [(position(t)[0] + x, position(t)[1] + y) for x, y in offsets]) for t, *offsets in places]
     while len(found) < count:
-        center, radius = (chance.uniform(-3.0, 4.0), chance.uniform(-3.0, 3.0)), chance.uniform(0.15, 0.4)
+        tries -= 1.0
+        if tries < 0.0:
+            return None
+        center, radius = (chance.uniform(-3.0, 4.0), chance.uniform(-3.0, 3.0)), chance.uniform(0.15, largest)
         gap = min((dist(center, other) - r - radius for other, r in found), default=9.0)
-        passing = [t for t, now in places if any(dist(center, p) < radius + KEPT for p in now)]
-        near = [t for t, now in places if any(dist(center, p) < radius + KEPT + 0.1 for p in now)]
-        passed = bool(passing) and near[0] > FIRST and near[-1] < last
-        if gap > 0.1 and passed and path[1](center) > radius + LEADER_ROOM:
+        if gap <= 0.1 or path[1](center) <= radius + LEADER_ROOM:
+            continue
+        nearest = [(t, min(dist(center, place) for place in now)) for t, now in moved]
+        near = [t for t, least in nearest if least < radius + KEPT + 0.1]
+        if any(least < radius + KEPT for _, least in nearest) and near[0] > FIRST and near[-1] < last:
             found.append((center, radius))
-    return _obstructed(chance, 8, {"kind": "grid"}, found, path, merged(TELLO, airframe), LAST)
+    return _obstructed(chance, followers, table, found, path, merged(TELLO, airframe), LAST)
 
 
 def _exchange(starts: list[Point], places: list[Point], found: list[tuple[Point, float]], airframe: Table) -> Flight:

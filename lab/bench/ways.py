@@ -1,38 +1,46 @@
 """Do drones get round what is in their way? Families of drawn flights (way_draws.py), judged by their bars.
 
-    python lab/bench/ways.py [--flights 40] [--family NAME ...] [--jobs 2] [--ideal]
+    python lab/bench/ways.py [--first 0] [--flights 40] [--family NAME ...] [--jobs 2] [--ideal] [--record FILE]
 
-A row has a family's good flights, the median, 90 % and worst of its time, s, the smallest distances, m, and the share
-of the formation's steps in which the safety filter changed the commands of followers by more than CHANGED. The time is
-that of the last arrival (exchanges, grids), that off a place (crossing) or off a free place (person, obstacles).
+A row has a family's good flights, the median, 90 % and worst of its time, s, the smallest distances, m, the most that
+one drone turned back in a flight (it flew more than BACKWARDS against its own planned way), and the shares of the
+formation's steps in which the safety filter changed the commands of followers by more than CHANGED: by its limits of
+speed and acceleration alone; for a fixed body, a wall, or a drone that stands; for others on their way: a conflict of
+two demands. The time is that of the last arrival (grids, drawn, exchanges), that off a place (crossing) or off a free
+place (person, obstacles). Drawn flights are recorded, and the verdict on them must agree with what was measured here.
+With --record each flight is added to FILE, and the rows are of all flights in it: pieces of a campaign.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from itertools import combinations
 from math import dist, hypot, inf
+from pathlib import Path
 from typing import Any, cast
 
+from flockwire_analysis.summary import summarise
 from flockwire_core.control.barrier import nearest_on_segment
 from flockwire_core.domain.airframe import Command
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
-from flockwire_core.domain.vector import Vector, add
+from flockwire_core.domain.vector import ZERO, Vector, add, subtract
 from flockwire_core.loading import parse_swarm
 from flockwire_core.swarm.laws import BUILT_IN
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.plan import Plan
 from flockwire_lab.faults.file import parse_faults
+from flockwire_lab.flight import TraceInMemory
 from flockwire_lab.process import Published
 from flockwire_lab.world import World
-from law_noted import WANTED
+from law_noted import NOTED, SENT
 from settling import IDEAL, TELLO, merged
 from way_draws import FAMILIES, KEPT, Flight
 
@@ -45,6 +53,7 @@ SLACK, GRACE = 1.5, 3.0  # times the shortest detour and the forbidden time, and
 DETOUR_TOLERANCE = 0.05  # m
 SETTLED = 20.0  # s: bar of the grids
 CHANGED = 0.01  # m/s
+BACKWARDS = 0.3  # m
 SLOWER = 2.5  # times the free way's time: bar of exchanges
 
 
@@ -61,12 +70,15 @@ class Result:
     late: float = 0.0
     settled: float = inf  # s until all were at their places for the first time and stayed to the end
     stuck: int = 0  # followers off a place at the end that had been free for SOON
-    steps: int = 0  # of the followers in formation
-    changed: int = 0  # of these, by the filter
+    steps: int = 0  # of the followers in formation, one of several
+    limited: int = 0  # of these: changed by the filter's limits of speed and acceleration alone
+    leaning: int = 0  # changed for what is fixed or stands
+    conflicts: int = 0  # changed for others on their way
+    turned: int = 0  # times that a drone turned back, of the worst follower
     why: list[str] = field(default_factory=list)
 
 
-GRIDS = ("circling", "straight", "free")
+GRIDS = ("circling", "straight", "free", "drawn")
 
 
 class Watch:
@@ -84,11 +96,16 @@ class Watch:
         self._away = dict.fromkeys(swarm.followers, 0.0)  # s off it while it was not forbidden, until now
         self._late = dict.fromkeys(swarm.followers, 0.0)  # s of these since something was in the way
         self._settled = 0.0
+        self._errors: dict[int, Vector] = {}  # m, at the last look
+        self._ahead: dict[int, Vector] = {}  # the planned direction
+        self._ways: dict[int, Vector] = {}  # that from which a drone flies back
+        self._against = dict.fromkeys(swarm.followers, 0.0)  # m flown against them
+        self._turned = dict.fromkeys(swarm.followers, 0)
 
     def take(self, published: Published) -> None:
         """Receive one message."""
         kind, owner = published.key
-        if kind == "command" and self._start and owner != "uav0":
+        if kind == "command" and owner != "uav0":
             self._compare(owner, cast(Command, published.message))
         if kind not in ("truth", "mission") and not (self._virtual and kind == "pose" and owner == "uav0"):
             return
@@ -108,16 +125,26 @@ class Watch:
                 self._places[owner] = message.position
 
     def _compare(self, owner: str, command: Command) -> None:
-        wanted = WANTED.get(owner)
-        if wanted is not None and self._start <= self._stamp and not self._end:
-            self._result.steps += 1
-            self._result.changed += dist(wanted, command.velocity) > CHANGED
+        noted = NOTED.get(owner)
+        SENT[owner] = command.velocity
+        if noted is not None and 0 < self._start <= self._stamp and not self._end:
+            result, given = self._result, command.velocity
+            result.steps += 1
+            self._ahead[int(owner[3:])] = noted.way
+            if dist(given, noted.wanted) > CHANGED:
+                if dist(given, noted.limited) <= CHANGED:
+                    result.limited += 1
+                elif dist(noted.fixed, noted.limited) > CHANGED:
+                    result.leaning += 1
+                else:
+                    result.conflicts += 1
 
     def done(self) -> None:
         """Judge the end of the flight."""
         result = self._result
         result.off = max(self._off.values())
         result.settled = self._settled
+        result.turned = max(self._turned.values())
         result.stuck = sum(1 for away in self._away.values() if away > SOON)
 
     def _look(self) -> None:
@@ -135,6 +162,22 @@ class Watch:
             for rank, i in enumerate(self._swarm.followers):
                 place = add(self._leader, self._formation.offset(rank, (now - self._start) / SECOND))
                 self._judge(i, place)
+                self._follow(i, subtract(self._places[uav(i)], place))
+
+    def _follow(self, i: int, error: Vector) -> None:
+        """Count how often a follower flies more than BACKWARDS against the direction that it had planned.
+
+        The direction is the newest one, but while the drone flies back that from which on it does.
+        """
+        moved = subtract(error, self._errors.get(i, error))
+        self._errors[i] = error
+        way = self._ways.get(i, ZERO)
+        self._against[i] = max(self._against[i] - moved[0] * way[0] - moved[1] * way[1], 0.0)
+        if self._against[i] > BACKWARDS:
+            self._turned[i] += 1
+            self._against[i] = 0.0
+        if self._against[i] == 0.0:
+            self._ways[i] = self._ahead.get(i, ZERO)
 
     def _judge(self, i: int, place: Vector) -> None:
         error = dist(self._places[uav(i)], place)
@@ -175,11 +218,19 @@ class Watch:
 def fly(family: str, number: int, airframe: dict[str, Any]) -> Result:
     """Fly one flight and judge it by the bars of its family."""
     flight, result = FAMILIES[family](number, airframe), Result()
-    WANTED.clear()
+    NOTED.clear()
+    SENT.clear()
     swarm = parse_swarm(merged(flight.table, {"control": {"law": "extended"}}), family)
     watch = Watch(swarm, flight, result)
     faults = parse_faults({"faults": flight.faults}, Plan(swarm), "bench") if flight.faults else ()
-    outcome = World(swarm, number, flight.duration, faults, watch.take).run()
+    recorded = TraceInMemory(swarm, number) if family == "drawn" else None
+
+    def take(published: Published) -> None:
+        watch.take(published)
+        if recorded is not None:
+            recorded.take(published)
+
+    outcome = World(swarm, number, flight.duration, faults, take).run()
     watch.done()
     result.why = [outcome.failure] if outcome.failure else []
     safe = swarm.avoidance.safe
@@ -193,6 +244,11 @@ def fly(family: str, number: int, airframe: dict[str, Any]) -> Result:
         for name, value, bar, most in bars
         if (value > bar if most else value < bar)
     ]
+    if recorded is not None:
+        summary = summarise(recorded.trace())
+        kept = result.drones >= safe.drone and result.obstacles >= safe.obstacle
+        if summary.ok != (kept and result.settled < flight.duration - STAYED and not outcome.failure):
+            result.why.append(f"verdict: {'; '.join(summary.failures()) or 'all well'}")
     return result
 
 
@@ -200,6 +256,7 @@ def _bars(family: str, flight: Flight, result: Result, speed: float) -> Iterator
     """Yield name, value and bar of what a family must meet besides its distances, and whether the bar is the most."""
     if family in GRIDS:
         yield "settled", result.settled, SETTLED, True
+        yield "turned back", result.turned, 1, True
     elif family in ("swap", "corridor"):
         yield "settled", result.settled, SLOWER * (flight.way / (0.8 * speed) + 1.5), True
     elif family == "crossing":
@@ -226,34 +283,50 @@ def flown(airframe: dict[str, Any], case: tuple[str, int]) -> Result:
     return fly(*case, airframe)
 
 
+def row(family: str, found: list[Result]) -> str:
+    """Return the row of a family's flights."""
+    times = sorted(time_of(family, result) for result in found)
+    shown = ", ".join(f"{times[min(int(share * len(times)), len(times) - 1)]:.1f}" for share in (0.5, 0.9, 1.0))
+    worst = [min(getattr(r, name) for r in found) for name in ("drones", "obstacles", "person")]
+    distances = " | ".join(f"{value:.3f}" if value < inf else "" for value in worst)
+    steps = max(sum(r.steps for r in found), 1)
+    shares = ", ".join(
+        f"{100.0 * sum(getattr(r, name) for r in found) / steps:.1f}" for name in ("limited", "leaning", "conflicts")
+    )
+    good = sum(not r.why for r in found)
+    turned = max(r.turned for r in found)
+    return f"| {family} | {good} of {len(found)} | {shown} | {distances} | {turned} | {shares} |"
+
+
 def main() -> int:
     """Print the table; returns the exit status."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--first", type=int, default=0, help="the first seed")
     parser.add_argument("--flights", type=int, default=40)
     parser.add_argument("--family", choices=FAMILIES, nargs="*", default=list(FAMILIES))
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--ideal", action="store_true")
+    parser.add_argument("--record", type=Path)
     args = parser.parse_args()
-    numbers, bad = range(args.flights), 0
-    print(
-        "| family | good | median, 90 %, worst, s | drones, m | obstacles, m | persons, m | filter, % |\n|" + 7 * "---|"
-    )
+    cases = [(family, args.first + number) for family in args.family for number in range(args.flights)]
+    found: list[tuple[str, Result]] = []
+    if args.record is not None and args.record.exists():
+        rows = [json.loads(line) for line in args.record.read_text().splitlines()]
+        found += [(family, Result(**fields)) for family, number, fields in rows if (family, number) not in cases]
     with ProcessPoolExecutor(args.jobs) as pool:
-        for family in args.family:
-            one = partial(flown, IDEAL if args.ideal else TELLO)
-            found = list(pool.map(one, [(family, number) for number in numbers]))
-            times = sorted(time_of(family, result) for result in found)
-            shown = ", ".join(f"{times[min(int(share * len(times)), len(times) - 1)]:.1f}" for share in (0.5, 0.9, 1.0))
-            worst = [min(getattr(r, name) for r in found) for name in ("drones", "obstacles", "person")]
-            distances = " | ".join(f"{value:.3f}" if value < inf else "" for value in worst)
-            share = 100.0 * sum(r.changed for r in found) / max(sum(r.steps for r in found), 1)
-            good = sum(not r.why for r in found)
-            print(f"| {family} | {good} of {len(found)} | {shown} | {distances} | {share:.1f} |", flush=True)
-            for number, result in zip(numbers, found, strict=True):
-                if result.why:
-                    print(f"{family} {number}: {'; '.join(result.why)}", file=sys.stderr, flush=True)
-            bad += len(found) - good
-    return 1 if bad else 0
+        flights = pool.map(partial(flown, IDEAL if args.ideal else TELLO), cases)
+        for (family, number), result in zip(cases, flights, strict=True):
+            found.append((family, result))
+            if result.why:
+                print(f"{family} {number}: {'; '.join(result.why)}", file=sys.stderr, flush=True)
+            if args.record is not None:
+                with args.record.open("a") as record:
+                    record.write(json.dumps((family, number, asdict(result))) + "\n")
+    print("| family | good | median, 90 %, worst, s | drones, m | obstacles, m | persons, m | back | filter, % |")
+    print("|" + 8 * "---|")
+    for family in dict.fromkeys(family for family, _ in found):
+        print(row(family, [result for other, result in found if other == family]))
+    return int(any(result.why for _, result in found))
 
 
 if __name__ == "__main__":

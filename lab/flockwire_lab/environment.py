@@ -21,9 +21,8 @@ from gymnasium.spaces import Box
 from pettingzoo import ParallelEnv
 
 from flockwire_lab.process import Published
-from flockwire_lab.study.draws import random_starts
 from flockwire_lab.study.file import Starts
-from flockwire_lab.study.variation import swarm_table
+from flockwire_lab.study.variation import random_starts, swarm_table
 from flockwire_lab.trial import Trial
 from flockwire_lab.world import World
 
@@ -73,6 +72,7 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]
     """
 
     metadata = {"name": "flockwire", "render_modes": []}  # noqa: RUF012  (PettingZoo's)
+    render_mode = None  # that vectorisers ask for
 
     def __init__(
         self, file: str | Path, reward: Reward, duration: float = 10.0, box: tuple[float, float] | None = None

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from random import Random
 
 from flockwire_core.compiling import mypyc_attr
-from flockwire_core.domain.frozen import Frozen
+from flockwire_core.domain.record import Frozen
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.process.cores import Address, Datagram
 from flockwire_core.swarm.tables import Sim
@@ -91,7 +91,31 @@ class Conditions(Frozen):
         return cls(table.delay, table.jitter, table.loss, table.reordering)
 
 
-class VirtualLink:
+@mypyc_attr(allow_interpreted_subclasses=True)
+class DirectedLink:
+    """One direction of a link, from its `usual` conditions on; of those that disturb it, the last count."""
+
+    def __init__(self, usual: Conditions) -> None:
+        self.conditions, self.passable = usual, True  # the present ones, and whether anything passes
+        self._usual = usual
+        self._disturbances: list[Conditions | None] = []
+
+    def disturb(self, by: Conditions | None) -> None:
+        """Apply other conditions, or block all (None), until `restore` has been called as often with them."""
+        self._disturbances.append(by)
+        self._update()
+
+    def restore(self, after: Conditions | None) -> None:
+        """Undo one `disturb`."""
+        self._disturbances.remove(after)
+        self._update()
+
+    def _update(self) -> None:
+        self.passable = None not in self._disturbances
+        self.conditions = [self._usual, *(one for one in self._disturbances if one is not None)][-1]
+
+
+class VirtualLink(DirectedLink):
     """The link from one process to another; calls `deliver` with arriving messages, sometimes `rare`."""
 
     def __init__(
@@ -103,11 +127,10 @@ class VirtualLink:
         deliver: Callable[[list[Parcel]], None],
         rare: RareBranches | None = None,
     ) -> None:
+        super().__init__(usual)
         self.load: list[Parcel] = []  # the next load to depart
         self._scheduler, self._deliver, self._rare = scheduler, deliver, rare
         self._random = Random(f"{seed} {ends[0]} > {ends[1]}")  # noqa: S311  (not for secrets)
-        self._conditions = [usual]  # the last one counts
-        self._cuts = 0
         self._last_arrival = 0
         self._update()
 
@@ -116,47 +139,32 @@ class VirtualLink:
         load, self.load = self.load, []
         if self._steady:
             self._scheduler.at(self._scheduler.now + self._delay, self._deliver, load)
-        elif not self._cuts:
+        elif self.passable:
             self._depart(load)
 
-    def cut(self) -> None:
-        """Block all messages until `mend` has been called as often."""
-        self._cuts += 1
-        self._update()
-
-    def mend(self) -> None:
-        """Undo one `cut`."""
-        self._cuts -= 1
-        self._update()
-
-    def impose(self, conditions: Conditions) -> None:
-        """Apply other `conditions` until they are lifted."""
-        self._conditions.append(conditions)
-        self._update()
-
-    def lift(self, conditions: Conditions) -> None:
-        """Undo one `impose`."""
-        self._conditions.remove(conditions)
-        self._update()
-
     def _update(self) -> None:
-        now = self._conditions[-1]
+        super()._update()
+        now = self.conditions
         self._delay = round(now.delay * SECOND)
         # A link keeps its order under changing conditions, so it must know the arrival of its last load.
-        self._steady = len(self._conditions) == 1 and not (self._cuts or now.jitter or now.loss or now.reordering)
+        self._steady = not (self._disturbances or now.jitter or now.loss or now.reordering)
         self._steady = self._steady and self._rare is None and self._last_arrival <= self._scheduler.now + self._delay
 
     def _depart(self, load: list[Parcel]) -> None:
-        now, chance, conditions = self._scheduler.now, self._random.random, self._conditions[-1]
+        now, chance, conditions = self._scheduler.now, self._random.random, self.conditions
         travel = self._delay + (round(chance() * conditions.jitter * SECOND) if conditions.jitter else 0)
         if self._rare is not None:
             if any(sample.row.delivery is Delivery.EVENT for _, sample in load) and (closed := self._rare.closed()):
-                self.cut()
-                self._scheduler.at(now + closed, VirtualLink.mend, self)
+                self.disturb(None)
+                self._scheduler.at(now + closed, self.restore, None)
                 return
             travel += self._rare.late_message()
-        arrival = self._last_arrival = max(now + travel, self._last_arrival)
-        together = []
+        self._last_arrival = max(now + travel, self._last_arrival)
+        self._spread(load, self._last_arrival)
+
+    def _spread(self, load: list[Parcel], arrival: int) -> None:
+        """Let a load arrive together, but for what is lost or held back."""
+        chance, conditions, together = self._random.random, self.conditions, []
         for parcel in load:
             if conditions.loss and chance() < conditions.loss:
                 if parcel[1].row.delivery is Delivery.EVENT:

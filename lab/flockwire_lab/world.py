@@ -28,7 +28,7 @@ from flockwire_lab.faults.faulty_core import faulty
 from flockwire_lab.faults.injection import FaultInjector
 from flockwire_lab.faults.kinds import Fault
 from flockwire_lab.network import Conditions, DatagramNetwork, VirtualLink
-from flockwire_lab.operator import Script, ScriptedSteering, VirtualOperator
+from flockwire_lab.operator import ScriptedSteering, VirtualOperator
 from flockwire_lab.process import MakeCore, Outlet, Tap, VirtualProcess
 from flockwire_lab.rare import Rare, RareBranches
 from flockwire_lab.virtual_time import LocalClock, Scheduler
@@ -77,13 +77,13 @@ class World:
             for name, givers in zip((OPERATOR.kind, *stations), _givers(), strict=False)
         }
         self.station().core.conduct(EPOCH, duration, Order("start", without=without))
-        self._script: Script = lambda _: None  # nobody steers
         self.links: dict[tuple[str, str], VirtualLink] = {}
         self._seed, self._faults, self._tap, self._rare, self._law = seed, faults, tap, rare, law
         self._operators = frozenset(self.plan.operators)
         self._limit = EPOCH + nanoseconds(duration + LONGEST)
         self._network = DatagramNetwork(swarm.sim, seed, self.scheduler)
-        self._seated: dict[str, Core] = {}
+        nobody = ScriptedSteering(swarm, lambda _: None)
+        self._seated: dict[str, Core] = {TELEOP.kind: nobody, **self._stations}  # the cores of operators
         self._stores: dict[str, MemoryStore] = {}
         self._stopwatches: dict[str, Stopwatch] = {}  # of real time, for users' laws
         self.processes = self._processes()
@@ -132,12 +132,8 @@ class World:
         return self._stations[identity]
 
     def seat(self, identity: str, core: Core) -> None:
-        """Replace the station `identity` by `core`, before the flight starts."""
+        """Replace the station, or who steers, `identity` by `core`, before the flight starts."""
         self._seated[identity] = core
-
-    def steer(self, script: Script) -> None:
-        """Steer the leader by `script`."""
-        self._script = script
 
     def stop(self, reason: str) -> None:
         """Order an emergency stop as the operator."""
@@ -153,7 +149,7 @@ class World:
             )
             for identity in self.plan.identities
             if identity not in self.plan.routers
-            and (identity in self.plan.started or identity in self._stations or identity == TELEOP.kind)
+            and (identity in self.plan.started or identity in self._seated)
         }  # fmt: skip
 
     def _subscribed(self, identity: str) -> tuple[Key, ...]:
@@ -162,10 +158,8 @@ class World:
         return self.plan.subscribes[identity]
 
     def _maker(self, identity: str) -> MakeCore:
-        if identity in self._stations:
-            return lambda _, __: self._seated.get(identity, self._stations[identity])
-        if identity in self._operators:
-            return lambda _, __: ScriptedSteering(self.swarm, self._script)
+        if identity in self._seated:
+            return lambda _, __: self._seated[identity]
 
         def make(now: int, starts: int) -> Core:
             chance = Random(f"{self.swarm.gateway.seed} {self._seed} {identity} {starts}")  # noqa: S311  (noise)

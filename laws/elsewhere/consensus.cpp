@@ -12,6 +12,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <map>
@@ -87,8 +88,11 @@ static int listen_at(const char *place) {
 }
 
 int main(int count, char **arguments) {
-  const int door = listen_at(count > 1 ? arguments[1] : "5555");
-  if (door < 0) return 1;
+  const char *place = count > 1 ? arguments[1] : "5555";
+  const int door = listen_at(place);
+  if (door < 0) return perror(place), 1;
+  printf("listens at %s\n", place);
+  fflush(stdout);
   std::map<int, Consensus> laws;
   std::vector<pollfd> ends{{door, POLLIN, 0}};
   Numbers frame;

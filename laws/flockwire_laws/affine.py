@@ -54,10 +54,10 @@ class Affine:
             feedback = g.gain * line if output is fw.Output.VELOCITY else g.kp * line + g.kv * np.array(one.velocity)
             pull += one.weight * (np.array(sent.get(one.number, (0.0, 0.0, 0.0))) + feedback)
             apart, total = apart + one.weight * line, total + one.weight
-        if not total:
+        if not total and kind:
             return fw.Decision()
         command = pull / total if kind else pull
-        return fw.Decision(command, kind(vector(command)) if kind else None, abs(size(apart) / total))
+        return fw.Decision(command, kind and kind(vector(command)), abs(size(apart) / total) if total else None)
 
     @classmethod
     def lead(cls, t: float, motion: fw.LeaderMotion) -> Velocity | Acceleration:

@@ -71,7 +71,7 @@ class Barrier:
 
     def bound(self, dp: Array, dv: Array) -> float:
         """Return b_ij/2."""
-        g, distance, closing = self.gains, size(dp), float(dp @ dv)
+        g, distance, closing = self.gains, max(size(dp), FLOOR), float(dp @ dv)
         root = np.sqrt(4.0 * g.alpha * max(distance - g.distance, FLOOR))
         h = root + closing / distance
         b = g.gamma * h**3 * distance + dv @ dv - closing**2 / distance**2 + 2.0 * g.alpha * closing / root

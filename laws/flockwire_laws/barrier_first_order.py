@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 from flockwire_core import law as fw
 
+from flockwire_laws import checks
 from flockwire_laws.barrier import Barrier
 from flockwire_laws.relative import Array
 
@@ -19,6 +20,7 @@ class FirstOrder(Barrier):
     """The law of first order for one drone, in the plane."""
 
     information = Barrier.information._replace(output=fw.Output.VELOCITY)
+    check = classmethod(checks.barrier_first_order)
 
     def nominal(self, towards: Array, own: Array) -> tuple[Array, float, Array]:
         """Return û, its largest size per axis, and the command that brakes."""

@@ -49,14 +49,16 @@ class Bearing:
             return fw.Decision()
         command = np.zeros(3)
         for one in observation.neighbours:
-            g, wanted = np.array(one.bearing), self.wanted(observation.place, one.number, observation.t)
-            command += g - wanted if self.gains.anchored else g * (g @ wanted) - wanted
+            wanted = self.wanted(observation.place, one.number, observation.t)
+            if one.bearing is not None and wanted.any():  # else it, or its place, is where the own one is
+                g = np.array(one.bearing)
+                command += g - wanted if self.gains.anchored else g * (g @ wanted) - wanted
         return fw.Decision(self.gains.gain * command)
 
     def wanted(self, place: fw.Place, j: int, t: float) -> Array:
-        """Return g*_ij."""
+        """Return g*_ij, zero of places that coincide."""
         line: Array = np.subtract(self.gains.leader_places.get(j, (0.0, 0.0, 0.0)), place.to(j, t))
-        return line / size(line)
+        return line / max(size(line), 1e-9)
 
 
 class Manoeuvre(Bearing):
@@ -75,7 +77,7 @@ class Manoeuvre(Bearing):
         command, apart, total = np.zeros(3), np.zeros(3), np.zeros((3, 3))
         for one in observation.neighbours:
             g, line = self.wanted(observation.place, one.number, observation.t), np.array(one.position)
-            across, ahead = np.eye(3) - np.outer(g, g), np.array(sent.get(one.number, (0.0, 0.0, 0.0)))
+            across, ahead = g.any() * np.eye(3) - np.outer(g, g), np.array(sent.get(one.number, (0.0, 0.0, 0.0)))
             command += across @ (ahead + self.gains.kp * line + self.gains.kv * np.array(one.velocity))
             apart, total = apart + across @ line, total + across
         command, apart = np.linalg.pinv(total) @ command, np.linalg.pinv(total) @ apart

@@ -22,13 +22,18 @@ Law = Any  # a law's class
 DAMPING = "control.parameters: kv^2 / kp = {:.4g} must be above {:.4g} on this graph, or it diverges"
 SHORT = "control.parameters: the law needs {:.3g} m around, beyond its radius of {:g} m"
 NOT_BEARING_RIGID = "graph.edges: not bearing rigid: the null space of the bearing Laplacian{} must be {}, is {}"
-FLEXIBLE = "graph.edges: not infinitesimally rigid: the rigidity matrix must have rank {}, has {}"
+FLEXIBLE = "graph.edges: not infinitesimally rigid: needs rank {}, has {}; add edges, or move places off a line"
 NOT_POSITIVE = "graph.edges: the followers' block must be positive definite, its least eigenvalue is {:.3g}"
 UNBALANCED = "graph.edges: the stresses at drone {} must balance at the places, their sum is {:.3g} m"
 DIVERGES = "feed-forward: its spectral radius is {:.4g}, must be below 1: commands that are fed on grow"
 SETTLES = "feed-forward: its spectral radius is {:.4g}: errors of what is fed on count {:.3g} fold"
-NOT_STOCHASTIC = "graph.edges: weights into a drone must sum up to less than 1 (Metropolis), the largest sum is {:.3g}"
+NOT_STOCHASTIC = (
+    "graph.edges: weights into a drone sum up to {:.3g}, must be below 1: Metropolis, 1 / (1 + larger degree)"
+)
+TOO_LARGE = "control.parameters.sigma = {:g}: must be below 1"
 TOO_FAST = "control.parameters.alpha = {:g}: must be below lambda_2 = {:.3g} 1/s of this graph"
+TOO_LONG = "control.parameters.alpha = {:g}: a round has the spectral radius {:.3g}, must be below 1: lower alpha"
+COINCIDE = "formation: the places of drones {} and {} coincide, and have no bearing: move one"
 AVERAGES = "control.rate_hz above {:.3g} keeps each step an average"
 NEAR = "all at last within {:.3g} m of the average (norm over all drones)"
 
@@ -62,11 +67,14 @@ def bearing(law: Law, graph: Graph, places: Places, parameters: Given) -> Checke
     """Check for symmetry, leaders and bearing rigidity."""
     gains, count = law.Parameters.of(parameters), 3 * len(graph.followers)
     manoeuvres = law.information.output is Output.ACCELERATION
-    anchored = gains.anchored or manoeuvres
+    anchored = gains.anchored or manoeuvres or len(graph.leaders) > 1
     problems = _asymmetric(graph) + (spectrum.led(graph, 2) if anchored else [])
-    matrix = spectrum.bearing_laplacian(graph, {**places, **gains.leader_places}, weighted=not manoeuvres)
+    known = {**places, **gains.leader_places}
+    if same := [COINCIDE.format(i, j) for i, j in spectrum.pairs(graph) if np.array_equal(known[i], known[j])]:
+        return problems + same, [], {}
+    matrix = spectrum.bearing_laplacian(graph, known, weighted=not manoeuvres)
     values, expected = np.linalg.eigvalsh(matrix[:count, :count] if anchored else matrix), 0 if anchored else 4
-    zeros = int(np.sum(values < spectrum.NONE * values[-1]))
+    zeros = int(np.sum(values <= spectrum.NONE * values[-1]))
     if zeros != expected:
         problems.append(NOT_BEARING_RIGID.format(" of the followers" * anchored, expected, zeros))
     rate = _slowest(gains.kp, gains.kv) if manoeuvres else gains.gain * float(values[min(expected, len(values) - 1)])
@@ -78,7 +86,7 @@ def rigid(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:
     n, d = len(graph.followers), law.dimension
     matrix = spectrum.rigidity_matrix(graph, places, d)
     values = np.linalg.eigvalsh(matrix @ matrix.T)
-    values, needed = values[values > spectrum.NONE * values[-1]], d * n - d * (d + 1) // 2
+    values, needed = values[values > spectrum.NONE * values.max(initial=0.0)], max(d * n - d * (d + 1) // 2, 1)
     if len(values) < needed:
         return [*_asymmetric(graph), FLEXIBLE.format(needed, len(values))], [], {}
     return _asymmetric(graph), [], {"slowest": 2.0 * law.Parameters.of(parameters).gain * float(values[0])}
@@ -112,26 +120,46 @@ def containment(law: Law, graph: Graph, places: Places, parameters: Given) -> Ch
 
 
 def aggregative(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:
-    """Check whether the weights are doubly stochastic and the graph is connected."""
-    largest = float(np.diag(spectrum.block(graph)).max())
+    """Check whether the weights are doubly stochastic and the graph is connected; the rate is that of (x, s, y)."""
+    matrix, task = spectrum.block(graph), law.Parameters.of(parameters)
+    largest = float(np.diag(matrix).max())
     problems = spectrum.tree(graph) + _asymmetric(graph)
-    return problems + ([] if largest < 1.0 else [NOT_STOCHASTIC.format(largest)]), [], {}
+    problems += [] if largest < 1.0 else [NOT_STOCHASTIC.format(largest)]
+    g1, g2, g3 = task.weights
+    x, s, y = np.split(np.eye(3 * len(matrix)), 3)
+    new_x = x - task.alpha * (g1 * x + g3 * (x - s) + y)
+    new_s = s - matrix @ s + new_x - x
+    new_y = y - matrix @ y + (g2 + g3) * (new_s - s) - g3 * (new_x - x)
+    values = np.linalg.eigvals(np.vstack([new_x, new_s, new_y]))
+    radius = float(np.abs(values[np.argsort(np.abs(values - 1.0))[2:]]).max())  # without two of the means, which are 1
+    problems += [] if radius < 1.0 or problems else [TOO_LONG.format(task.alpha, radius)]
+    return problems, [], {} if problems else {"slowest": -float(np.log(radius)) / task.period}
 
 
 def event_triggered(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:
-    """Check for a connected graph and, without sight of neighbours, alpha < lambda_2; the note is the final bound."""
+    """Check for a connected graph and, without sight of neighbours, alpha < lambda_2: the bound falls at alpha."""
     c, problems = law.Parameters.of(parameters), spectrum.tree(graph) + _asymmetric(graph)
-    if problems or law.information.neighbours:
+    if law.information.neighbours:
+        return problems + ([] if c.sigma < 1.0 else [TOO_LARGE.format(c.sigma)]), [], {}
+    if problems:
         return problems, [], {}
     slowest, matrix = float(spectrum.modes(graph)[0].real), spectrum.laplacian(graph)
     bound = float(np.linalg.norm(matrix, 2)) * len(matrix) ** 0.5 * c.c0 / slowest
-    return [] if c.alpha < slowest else [TOO_FAST.format(c.alpha, slowest)], [NEAR.format(bound)], {"slowest": slowest}
+    return [] if c.alpha < slowest else [TOO_FAST.format(c.alpha, slowest)], [NEAR.format(bound)], {"bound": c.alpha}
 
 
 def barrier(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:
     """Check the radius: D + ((2A/gamma)^(1/3) + 2 speed)^2/(2A)."""
     g = law.Parameters.of(parameters)
     return _short(law, g.distance + ((4 * g.alpha / g.gamma) ** (1 / 3) + 2 * g.speed) ** 2 / (4 * g.alpha)), [], {}
+
+
+def barrier_first_order(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:
+    """Check the radius, the |dp| from which on gamma h^3/4 >= sqrt(2) speed |dp|, h = |dp|^2 − D^2."""
+    g = law.Parameters.of(parameters)
+    most, apart = 2.0 * (4.0 * g.speed / g.gamma) ** 2, g.distance**2
+    roots = np.roots([1.0, 0.0, 0.0, 0.0, 0.0, -most, -most * apart])  # of h^6 = most (h + D^2): one is above 0
+    return _short(law, float(np.sqrt(max(roots[np.abs(roots.imag) < 1e-9].real) + apart))), [], {}
 
 
 def relayed(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:

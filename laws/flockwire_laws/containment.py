@@ -58,7 +58,7 @@ class Sliding(AtRest):
 
     def ahead(self, observation: fw.Observation, delta: Array, total: float) -> tuple[Array, Velocity | None]:
         """Return −beta sgn(delta_i), its size cut off where one step of it would cross 0."""
-        return -np.clip(delta / (total * observation.dt), -self.gains.beta, self.gains.beta), None
+        return -np.clip(delta / (total * max(observation.dt, 1e-9)), -self.gains.beta, self.gains.beta), None
 
 
 class Containment(AtRest):
@@ -72,9 +72,9 @@ class Containment(AtRest):
         self._y = np.zeros(3)
 
     def ahead(self, observation: fw.Observation, delta: Array, total: float) -> tuple[Array, Velocity | None]:
-        """Return y_i after a step: a = sum_j w_ij y_j / sum_j w_ij,  y <- a + sgn(y − a) max(|y − a| − beta dt, 0)."""
-        y, heard = weighted(observation.heard, lambda one: one.content.velocity)
+        """Return y_i, and send the next: a = sum_j w_ij y_j / sum_j w_ij,  a + sgn(y − a) max(|y − a| − beta dt, 0)."""
+        now, (pull, heard) = self._y, weighted(observation.heard, lambda one: one.content.velocity)
         if heard:
-            mean, error = y / heard, self._y - y / heard
+            mean, error = pull / heard, now - pull / heard
             self._y = mean + np.sign(error) * np.maximum(np.abs(error) - self.gains.beta * observation.dt, 0.0)
-        return self._y, Velocity(vector(self._y))
+        return now, Velocity(vector(self._y))

@@ -26,7 +26,7 @@ class Plan(NamedTuple):
 
 def sample(plan: Plan, now: int) -> Array:
     """Return a at `now`; after the last it is 0."""
-    k = int((now - plan.start) / SECOND // H)
+    k = (now - plan.start) // round(H * SECOND)
     return np.asarray(plan.accelerations[max(k, 0)] if k < K else np.zeros(2))
 
 
@@ -44,7 +44,7 @@ def solve(
     meets = [k for k in range(K) if any(one[k] < r_min for one in near)]
     k_c = meets[0] if meets else K
     rows = [other[k_c] for other, one in zip(others, near, strict=True) if meets and one[k_c] < 3 * r_min]
-    q, s = (1e3, 100.0) if rows else (1e4 if size(free[0] - goal) < 1.0 else 1e3, 10.0)
+    q, s = (1e3, 100.0) if rows else (1e4 if size(2.0 * free[0] - free[1] - goal) < 1.0 else 1e3, 10.0)
     n, count = 2 * K, len(rows)
     end, change = np.kron(REACH[-1:], np.eye(2)), np.kron(CHANGE, np.eye(2))
     hessian, gradient = 2.0 * np.eye(n + count), np.zeros(n + count)

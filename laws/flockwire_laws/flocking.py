@@ -32,7 +32,7 @@ class Gains(fw.Parameters):
     eps: fw.Positive = 0.1  # 1/m^2
     a: fw.Positive = 5.0  # m/s^2
     b: fw.Positive = 5.0  # m/s^2
-    h: fw.NotNegative = 0.2
+    h: fw.Share = 0.2
     c1: fw.NotNegative = 0.2  # 1/s^2
     c2: fw.NotNegative = 0.9  # 1/s
     target: tuple[float, float, float] = (0.0, 0.0, 1.0)  # m

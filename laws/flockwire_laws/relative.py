@@ -10,7 +10,7 @@ from flockwire_core.law import Heard, LeaderMotion, Place, Seen
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-STEP = 2e-3  # s, of the central differences: an error of about 1e-6 times the fourth derivative
+STEP = 1e-4  # s, of the central differences: an error of about 2e-9 times the fourth derivative of h
 
 
 class Acceleration(NamedTuple):
@@ -55,8 +55,8 @@ def apart(place: Place, seen: Seen, t: float) -> Array:
 
 def derivatives(place: Place, j: int, t: float) -> tuple[Array, Array, Array]:
     """Return h_i − h_j in m, its rate in m/s and its acceleration in m/s^2, at `t` s."""
-    before, now, after = (np.array(place.to(j, t + shift)) for shift in (-STEP, 0.0, STEP))
-    return now, (after - before) / (2.0 * STEP), (after - 2.0 * now + before) / STEP**2
+    faster = np.subtract(place.rate_to(j, t + STEP), place.rate_to(j, t - STEP))
+    return np.array(place.to(j, t)), np.array(place.rate_to(j, t)), faster / (2.0 * STEP)
 
 
 def size(array: Array) -> float:

@@ -42,7 +42,7 @@ class SlidingMode:
 
     def step(self, observation: fw.Observation) -> fw.Decision:
         """Return u_i and eta_i; the error is |p_i − h_i − eta_i|."""
-        before = self._eta
+        before, dt = self._eta, max(observation.dt, 1e-9)
         if before is None:
             if observation.position is None:
                 return fw.Decision()
@@ -51,12 +51,12 @@ class SlidingMode:
         eta = before
         if weight:
             mean = total / weight
-            away, most = before - mean, self._gains.beta * observation.dt
+            away, most = before - mean, self._gains.beta * dt
             eta = mean + np.sign(away) * np.maximum(np.abs(away) - most, 0.0)
         self._eta, message = eta, fw.LeaderMotion(vector(eta))
         place, t = observation.place, observation.t
-        if place is None or observation.position is None or not observation.dt:
+        if place is None or observation.position is None:
             return fw.Decision(message=message)
         error = np.subtract(observation.position, place.offset(t)) - eta
-        ahead = np.clip((eta - before) / observation.dt, -self._gains.beta, self._gains.beta)
+        ahead = np.clip((eta - before) / dt, -self._gains.beta, self._gains.beta)
         return fw.Decision(place.rate(t) + ahead - self._gains.gain * error, message, size(error))

@@ -19,6 +19,7 @@ Places = Mapping[int, Vector]
 NONE = 1e-9  # an eigenvalue that counts as 0, against the largest
 
 NO_TREE = "graph.edges: a directed spanning tree is missing: not every follower hears, over others, the same root"
+ALONE = "drones: one without a leader has nobody to agree with: add a drone"
 NOT_SYMMETRIC = "graph.edges: must be symmetric, w_ij = w_ji"
 FEW_LEADERS = "leaders: at least {} are needed, there are {}"
 
@@ -59,7 +60,9 @@ def symmetric(graph: Graph) -> bool:
 def tree(graph: Graph) -> list[str]:
     """Return the problem of a graph without a spanning tree."""
     values = modes(graph)
-    return [NO_TREE] if len(values) and values[0].real < NONE else []
+    if not len(values):
+        return [ALONE]
+    return [NO_TREE] if values[0].real <= NONE * np.abs(values).max() else []
 
 
 def led(graph: Graph, least: int) -> list[str]:

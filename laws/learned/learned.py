@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from flockwire.law import ZERO, Decision, Information, ObservedNumbers, Sense
 
-WEIGHTS = Path(__file__).with_name("weights.npy")
+WEIGHTS = Path(__file__).with_suffix(".npy")  # of its name: `flockwire deploy` takes it along
 
 
 def policy(weights, numbers):

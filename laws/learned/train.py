@@ -1,4 +1,4 @@
-"""Learns weights.npy of learned.py by the cross-entropy method: python train.py [generations]."""
+"""Learns learned.npy of learned.py by the cross-entropy method: python train.py [generations]."""
 
 import sys
 from pathlib import Path

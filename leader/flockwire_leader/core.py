@@ -27,8 +27,8 @@ from flockwire_leader.lead_messages import FlownMotion, LeadMessages
 from flockwire_leader.teleoperation import Teleoperation
 
 GROUNDED: Mapping[str, str] = {  # the leaders without an airframe of their own, by kind: "module:class"
-    "tracked": "flockwire_leader.tracked:TrackedLeader",
-    "virtual": "flockwire_leader.virtual:VirtualLeader",
+    "tracked": "flockwire_leader.grounded:TrackedLeader",
+    "virtual": "flockwire_leader.grounded:VirtualLeader",
 }
 
 
@@ -38,12 +38,13 @@ class FlyingLeader:
     def __init__(self, swarm: Swarm, number: int, now: int) -> None:
         pilot, airframe = pilot_parameters(swarm, number), swarm.airframe(number)
         self._pilot = Pilot(pilot, now)
+        self.retire, self.may_end = self._pilot.retire, self._pilot.may_end
         self.triggers = frozenset({self._pilot.pose_key})
         self.prompt = frozenset({MISSION})
-        self.period = pilot.period
+        self.period = pilot.guard.period
         self._course = Course(swarm, number)
         ahead = airframe.lag + airframe.dead_time  # s
-        self._leads_stopping = pilot.guard is not None and (ahead > 0.0 or pilot.disturbance > 0.0)
+        self._leads_stopping = pilot.filtered and (ahead > 0.0 or pilot.disturbance > 0.0)
         self._teleoperation = Teleoperation(swarm, number) if swarm.leading[number].steered else None
         self._lead, self._sign = LeadMessages(swarm, number, now), LeaderSign(swarm, number)
         self._motion = FlownMotion(airframe.lag)
@@ -71,14 +72,6 @@ class FlyingLeader:
         mission = pilot.flight.mission
         flown = self._motion.update(pilot.motion, pilot.sent, pilot.dt)
         return [*messages, *self._lead.messages(mission if phase is Phase.FORMATION else None, flown, now)]
-
-    def retire(self, now: int) -> None:
-        """Hold, then land, because the process must end."""
-        self._pilot.retire(now)
-
-    def may_end(self, now: int) -> bool:
-        """Return whether the drone is down."""
-        return self._pilot.may_end(now)
 
     def report(self, now: int) -> Report:
         """Return the leader's status."""

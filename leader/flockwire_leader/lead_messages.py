@@ -10,7 +10,8 @@ from flockwire_core.domain.motion import LeaderMotion, Motion
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, scale, subtract
-from flockwire_core.objects import load_object
+from flockwire_core.follower_law import raised
+from flockwire_core.objects import FAILURES, load_object
 from flockwire_core.pilot.law_messages import LawSender
 from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm, uav
@@ -43,8 +44,8 @@ class LeadMessages:
             t = (now - mission.start) / SECOND if mission is not None and mission.in_formation else 0.0
             try:
                 data = self._form.pack(self._lead(t, motion))
-            except Exception as error:  # the law may be a user's
-                self.failure = Reason(LAW_FAILED, f"the law failed to lead: {type(error).__name__}: {error}")
+            except FAILURES as error:
+                self.failure = Reason(LAW_FAILED, f"the law failed to lead: {raised(error)}")
                 logging.getLogger(self._name).exception(self.failure.text)
         message = self._sender.send(data, now)
         return [(self._key, message)] if message is not None else []

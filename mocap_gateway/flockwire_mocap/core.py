@@ -14,7 +14,6 @@ from typing import NamedTuple
 from flockwire_core.domain.body import Nearby
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
-from flockwire_core.domain.quaternion import IDENTITY
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground.order_log import OrderLog
 from flockwire_core.objects import load_object
@@ -29,10 +28,9 @@ from flockwire_core.wire.processes import Roster
 from flockwire_core.wire.sighting import Sighting
 from flockwire_core.wire.status import APART, Report, Status
 
-from flockwire_mocap.claim import Claim, in_order, owner
 from flockwire_mocap.field_bodies import FieldBodies, Stray
 from flockwire_mocap.relative_sensor import RelativeSensor
-from flockwire_mocap.tracking import NO_FRAMES, Source
+from flockwire_mocap.tracking import NO_FRAMES, Drone, Source, owner
 
 TAKE_OFF = ("prepare", "takeoff")  # the orders that name drones which are not on the field
 
@@ -106,35 +104,34 @@ class GatewayCore(Ground):
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Publish what was tracked; for each drone what it senses first, then its pose."""
         frame, messages = self._swarm.frame, list[tuple[Key, Message]]()
-        tracked = self._claims(now)
+        tracked = self._tracked(now)
         seen = self._take(tracked, now)
-        for claim in tracked:
-            drone, stamp, position = claim.drone, claim.stamp, claim.position
+        for drone, pose in tracked:
             if drone in self._sensing:
-                bodies = self._field.near(drone, position)
-                messages.append((self._nearby_keys[drone], Nearby(stamp, frame, bodies)))
+                bodies = self._field.near(drone, pose.position)
+                messages.append((self._nearby_keys[drone], Nearby(pose.stamp, frame, bodies)))
             if drone in seen:
                 messages.append((self._seen_keys[drone], seen.pop(drone)))
-            messages.append((self._pose_keys[drone], Pose(stamp, frame, position, claim.orientation)))
+            messages.append((self._pose_keys[drone], pose))
         if self._log.order is not None and now >= self._repeat_at:
             self._repeat_at = now + SECOND // 2  # ns between two repetitions of the newest order
             messages.append((MISSION, self._log.order))
         return messages
 
-    def _take(self, tracked: list[Claim], now: int) -> dict[int, Sighting]:
+    def _take(self, tracked: list[Drone], now: int) -> dict[int, Sighting]:
         """Put what was tracked on the field; return what each follower sees by its relative sensor."""
-        for claim in tracked:
-            self._seen[claim.drone] = claim.stamp
-            self._latencies.append(now - claim.stamp)
-            if claim.drone in self._strays:  # it is on the field, whatever it is
-                self._field.see_other(Stray(claim.drone), claim.stamp, claim.position)
+        for drone, pose in tracked:
+            self._seen[drone] = pose.stamp
+            self._latencies.append(now - pose.stamp)
+            if drone in self._strays:  # it is on the field, whatever it is
+                self._field.see_other(Stray(drone), pose.stamp, pose.position)
             else:
-                self._field.see_drone(claim)
+                self._field.see_drone(drone, pose)
         if tracked and self._sensing:
-            self._field.arrange(tracked[-1].stamp)
+            self._field.arrange(tracked[-1][1].stamp)
         if self._sensor is None:
             return {}
-        return self._sensor.see([claim for claim in tracked if claim.drone not in self._strays])
+        return self._sensor.see([one for one in tracked if one[0] not in self._strays])
 
     def report(self, now: int) -> Report:
         """Return the gateway's status: problems first, then bodies that it does not see."""
@@ -179,9 +176,8 @@ class GatewayCore(Ground):
         elif drone not in self._strays:
             self._strays.add(drone)
             if report.position is not None:
-                self._field.see_drone(
-                    Claim(status.stamp - nanoseconds(report.pose_age), drone, report.position, IDENTITY)
-                )
+                seen = status.stamp - nanoseconds(report.pose_age)
+                self._field.see_drone(drone, Pose(seen, self._swarm.frame, report.position))
 
     def _unseen(self, lost: list[int], now: int) -> str:
         never = [i for i in lost if i not in self._seen]
@@ -191,15 +187,12 @@ class GatewayCore(Ground):
                 sorted([repr(one) if isinstance(one, str) else f"number {one}" for one in self._field.others])
             )
             return f"the tracker has no body {names}, but {there}: rename there, or set `body` of [[drones]]"
-        lines = (
-            f"does not see {', '.join(map(uav, lost))}" if lost else "",
-            strayed(self._strays, len(self._pilots)),
-        )
+        lines = (f"does not see {', '.join(map(uav, lost))}" if lost else "", strayed(self._strays, len(self._pilots)))
         return "; ".join(filter(None, lines))
 
-    def _claims(self, now: int) -> list[Claim]:
+    def _tracked(self, now: int) -> list[Drone]:
         """Return the bodies with a drone's name that the source has seen since the last call, in order of time."""
-        claims = list[Claim]()
+        found = list[Drone]()
         for frame in self.source.take(now):
             self._first_frame = self._first_frame or now
             self._last_frame = now
@@ -210,14 +203,14 @@ class GatewayCore(Ground):
                 identity, name = body.identity, body.name
                 drone = owner(self._drones, identity, name)
                 if drone is not None:
-                    claims.append(Claim(captured, drone, body.position, body.orientation))
+                    found.append((drone, Pose(captured, self._swarm.frame, body.position, body.orientation)))
                     self._field.forget_unnamed(identity)
                 else:
                     if name:
                         self._field.forget_unnamed(identity)
                     self._field.see_other(name or identity, captured, body.position)
-        claims.sort(key=in_order)
-        return claims
+        found.sort(key=lambda one: (one[1].stamp, one[0]))
+        return found
 
 
 def strayed(drones: set[int], flying: int) -> str:

@@ -9,13 +9,14 @@ from typing import Final, NamedTuple
 from flockwire_core.compiling import mypyc_attr
 from flockwire_core.control.tracker import VelocityTracker
 from flockwire_core.domain.body import Body, BodyKind, to_axis
+from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.record import Record
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.domain.vector import Vector, distance, norm
 from flockwire_core.swarm.model import Swarm
 
-from flockwire_mocap.claim import Claim
 from flockwire_mocap.lost_body import STILL, LostBody, drone_spread, person_spread
+from flockwire_mocap.tracking import Drone
 
 Cell = tuple[int, int]
 
@@ -115,10 +116,10 @@ class FieldBodies:
         self._shapes = {one.body: Cylinder(one.radius, one.height) for one in swarm.tracked_obstacles}
         self._carried = frozenset(swarm.carried)
         self._usual = Cylinder(table.person_radius)
-        self._drones: dict[int, Claim] = {}
+        self._drones: dict[int, Pose] = {}
         self._movers: dict[Called, Mover] = {}
-        self._here: dict[int, Claim] = {}  # those of the drones that are not lost
-        self._all: list[Claim] = []  # the same
+        self._here: dict[int, Pose] = {}  # those of the drones that are not lost
+        self._all: list[Drone] = []  # the same
         self._others: list[tuple[int | None, Mover | LostBody]] = []  # each with the drone that it may be
         self._vicinity: Vicinity | None = None
 
@@ -127,13 +128,12 @@ class FieldBodies:
         """The names, or without one the numbers, of the bodies that are not drones."""
         return tuple(called for called in self._movers if not isinstance(called, Stray))
 
-    def see_drone(self, claim: Claim) -> None:
+    def see_drone(self, drone: int, pose: Pose) -> None:
         """Record a drone's position; a leader that a person carries is a person."""
-        drone = claim.drone
         if self._carried and drone in self._carried:
-            self.see_other(Stray(drone), claim.stamp, claim.position)
+            self.see_other(Stray(drone), pose.stamp, pose.position)
         else:
-            self._drones[drone] = claim
+            self._drones[drone] = pose
             if self._movers:
                 self._movers.pop(Stray(drone), None)
 
@@ -161,15 +161,15 @@ class FieldBodies:
         `now` is the newest sighting, Unix ns; earlier ones have an age.
         """
         seen_from = now - self._lost_after
-        self._here = {drone: claim for drone, claim in self._drones.items() if claim.stamp >= seen_from}
-        self._all = list(self._here.values())
+        self._here = {drone: pose for drone, pose in self._drones.items() if pose.stamp >= seen_from}
+        self._all = list(self._here.items())
         self._others = [(i, self._lost_drone(i, now)) for i in self._drones if i not in self._here]
         if self._movers:
             self._arrange_movers(now, seen_from)
         self._vicinity = None
         if len(self._here) + len(self._others) > FEW:
             widest = max((other.radius for _, other in self._others), default=0.0)
-            places = [*(claim.position for claim in self._all), *(other.position for _, other in self._others)]
+            places = [*(pose.position for _, pose in self._all), *(other.position for _, other in self._others)]
             self._vicinity = Vicinity(places, self._reach + widest)
 
     def _arrange_movers(self, now: int, seen_from: int) -> None:
@@ -194,11 +194,11 @@ class FieldBodies:
             self._add_obstacles(bodies, position)
         return tuple(bodies)
 
-    def _near_drones(self, drones: list[Claim], drone: int, position: Vector) -> list[Body]:
+    def _near_drones(self, drones: list[Drone], drone: int, position: Vector) -> list[Body]:
         bodies, reach = list[Body](), self._reach
-        for claim in drones:
-            if claim.drone != drone:
-                place = claim.position
+        for other, pose in drones:
+            if other != drone:
+                place = pose.position
                 dx, dy, dz = place[0] - position[0], place[1] - position[1], place[2] - position[2]
                 if SAME * SAME < dx * dx + dy * dy + dz * dz < reach * reach:
                     bodies.append(Body(DRONE, (dx, dy, dz), 0.0))
@@ -212,8 +212,8 @@ class FieldBodies:
                 bodies.append(Body(OBSTACLE, relative, obstacle.radius))
 
     def _lost_drone(self, drone: int, now: int) -> LostBody:
-        claim = self._drones[drone]
-        place, age = claim.position, (now - claim.stamp) / SECOND
+        pose = self._drones[drone]
+        place, age = pose.position, (now - pose.stamp) / SECOND
         spread = drone_spread(self._swarm, drone, place[2])
         return LostBody(place, place[2], self._drone_radius + spread.reach(age), spread.growth(age))
 
@@ -226,7 +226,7 @@ class FieldBodies:
         return LostBody(mover.position, shape.height, shape.radius + spread.reach(age), spread.growth(age))
 
     def _is_drone(self, position: Vector) -> bool:
-        return any(distance(claim.position, position) < SAME for claim in self._all)
+        return any(distance(pose.position, position) < SAME for _, pose in self._all)
 
     def _walks(self, called: Called) -> bool:
         if isinstance(called, Stray):

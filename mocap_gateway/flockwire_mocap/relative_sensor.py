@@ -13,8 +13,8 @@ from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.information import information_of
 from flockwire_core.wire.sighting import Sighting, sensed
 
-from flockwire_mocap.claim import Claim
 from flockwire_mocap.field_bodies import FEW, Vicinity
+from flockwire_mocap.tracking import Drone
 
 FORGET: Final = SECOND  # ns unseen after which a track restarts
 
@@ -60,38 +60,41 @@ class RelativeSensor:
         self._noises = (swarm.sensing.noise, swarm.sensing.velocity_noise)  # m; m/s
         self._chance = chance if any(self._noises) else None
         self._declared, self._frame = information_of(swarm), swarm.frame
-        self._neighbours = {i: tuple(swarm.topology.neighbours(i)) for i in swarm.followers}
+        seen = self._declared.neighbours is not Sense.NOTHING
+        self._radius = self._declared.radius if self._declared.around is not Sense.NOTHING else 0.0  # m
+        self._neighbours = {i: tuple(swarm.topology.neighbours(i) if seen else ()) for i in swarm.followers}
         self._lost_after = nanoseconds(swarm.limits.staleness.pose_zero)
         self._tracks: dict[int, Track] = {}
 
-    def see(self, claims: list[Claim]) -> dict[int, Sighting]:
+    def see(self, tracked: list[Drone]) -> dict[int, Sighting]:
         """Receive a step's drones, in order of time; return what each follower among them sees."""
-        for claim in claims:
-            self._update(claim)
-        if not claims:
+        for drone, pose in tracked:
+            self._update(drone, pose.position, pose.stamp)
+        if not tracked:
             return {}
-        stamp, declared = claims[-1].stamp, self._declared
+        stamp = tracked[-1][1].stamp
         here = {j: one.at(stamp) for j, one in self._tracks.items() if stamp - one.stamp <= self._lost_after}
-        seeing = [i for i in dict.fromkeys([claim.drone for claim in claims]) if i in self._neighbours and i in here]
-        near, found = self._near(seeing, here), dict[int, Sighting]()
-        for i in seeing:
-            edges = self._neighbours[i] if declared.neighbours is not Sense.NOTHING else ()
-            neighbours = [self._seen(i, j, here, stamp, declared.neighbours) for j in edges if j in here]
-            around = [self._seen(i, j, here, stamp, declared.around, declared.named) for j in near.get(i, ())]
-            found[i] = Sighting(stamp, self._frame, tuple(neighbours), tuple(around))
-        return found
+        seeing = [i for i in dict.fromkeys([drone for drone, _ in tracked]) if i in self._neighbours and i in here]
+        near = self._near(seeing, here)
+        return {i: self._sighting(i, near.get(i, []), here, stamp) for i in seeing}
 
-    def _update(self, claim: Claim) -> None:
-        track = self._tracks.get(claim.drone)
-        if track is not None and claim.stamp - track.stamp < FORGET:
-            track.update(claim.position, claim.stamp)
+    def _sighting(self, i: int, near: list[int], here: Here, stamp: int) -> Sighting:
+        declared = self._declared
+        neighbours = [self._seen(i, j, here, stamp, declared.neighbours) for j in self._neighbours[i] if j in here]
+        around = [self._seen(i, j, here, stamp, declared.around, declared.named) for j in near]
+        return Sighting(stamp, self._frame, tuple(neighbours), tuple(around))
+
+    def _update(self, drone: int, position: Vector, stamp: int) -> None:
+        track = self._tracks.get(drone)
+        if track is not None and stamp - track.stamp < FORGET:
+            track.update(position, stamp)
         else:
-            self._tracks[claim.drone] = Track(claim.position, claim.stamp)
+            self._tracks[drone] = Track(position, stamp)
 
     def _near(self, seeing: list[int], here: Here) -> dict[int, list[int]]:
         """Return who is within the radius of each drone, nobody if the law does not see around."""
-        radius, drones = self._declared.radius, list(here)
-        if self._declared.around is Sense.NOTHING or radius <= 0.0:
+        radius, drones = self._radius, list(here)
+        if radius <= 0.0:
             return {}
         vicinity = Vicinity([here[j][0] for j in drones], radius) if len(drones) > FEW else None
         near: dict[int, list[int]] = {}

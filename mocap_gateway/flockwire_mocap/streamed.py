@@ -39,11 +39,7 @@ class StreamedSource:
     triggers = frozenset({MISSION})  # frames trigger steps; the gateway steps otherwise only without frames
 
     def __init__(
-        self,
-        gateway: Gateway,
-        failure: str = "",
-        latency: float = 0.0,
-        awaited: Mapping[str | int, int] | None = None,
+        self, gateway: Gateway, failure: str = "", latency: float = 0.0, awaited: Mapping[str | int, int] | None = None
     ) -> None:
         self._coordinates, self._latency = coordinates_of(gateway), nanoseconds(latency)
         self.failure = failure  # the problem of the connection and its remedy in one line; empty while connected

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from math import isfinite
 from typing import Final, NamedTuple, Protocol
 
 from flockwire_core.compiling import mypyc_attr
+from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.quaternion import IDENTITY, Quaternion
 from flockwire_core.domain.record import Record
 from flockwire_core.domain.vector import Vector
@@ -65,6 +66,16 @@ class TrackerFrame(NamedTuple):
     transmitted: int
     bodies: tuple[ReportedBody, ...]
     set_back: bool = False
+
+
+Drone = tuple[int, Pose]
+"""A drone, and the pose of the body that has its name at the tracker."""
+
+
+def owner(drones: Mapping[str | int, int], identity: int, name: str | None) -> int | None:
+    """Return whose of `drones` (by body) the body with this number and name is, the name first; None: no drone's."""
+    drone = drones.get(name) if name is not None else None
+    return drones.get(identity) if drone is None else drone
 
 
 def framed(measured: Iterable[tuple[int, ReportedBody]], first: int, now: int) -> list[TrackerFrame]:

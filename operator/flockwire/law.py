@@ -26,6 +26,7 @@ from flockwire_core.law import (
     Positive,
     Seen,
     Sense,
+    Share,
     Vector,
     add,
     distance,
@@ -39,6 +40,6 @@ from flockwire_core.wire.observed_numbers import ObservedNumbers
 __all__ = [
     "RELAYING", "SECOND", "ZERO", "Body", "BodyKind", "Decision", "Finite", "Heard", "Information", "Law",
     "LawSettings", "LeaderMotion", "Motion", "NotNegative", "Observation", "ObservedNumbers", "Output", "Pace",
-    "Parameters", "Place", "Positive", "Seen", "Sense", "Vector", "add", "distance", "limit", "norm", "scale",
+    "Parameters", "Place", "Positive", "Seen", "Sense", "Share", "Vector", "add", "distance", "limit", "norm", "scale",
     "subtract",
 ]  # fmt: skip

@@ -6,6 +6,7 @@ import logging
 from collections import Counter
 
 from flockwire_core import clock
+from flockwire_core.process.bystander import make_recorder
 from flockwire_core.process.stepping import StepCounts
 from flockwire_core.runtime.ending import Ending, last_resort, wait_for_end
 from flockwire_core.runtime.job import Job, connect_job
@@ -22,7 +23,6 @@ from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.schemas import ROS_TYPES
 from flockwire_core.wire.status import Report, counted
 
-from flockwire_recorder.core import PERIOD, RecorderCore
 from flockwire_recorder.full import TraceFullError
 from flockwire_recorder.trace import TraceWriter, describe, log_time_of, publication_time
 
@@ -91,12 +91,12 @@ async def run(job: Job) -> None:
         job.out.mkdir(parents=True, exist_ok=True)
         seed = plan.swarm.gateway.seed
         trace = TraceWriter(next_part(job.out), describe(plan.swarm, job.toml, seed, clock.now(), job.notes))
-        recorder = Recorder(plan, identity, session, trace, refusals)
-        ticker = Ticker(PERIOD, recorder.tick)
+        recorder, core = Recorder(plan, identity, session, trace, refusals), make_recorder()
+        ticker = Ticker(core.period, recorder.tick)
         ticker.start()
         done = False
         try:
-            await wait_for_end(RecorderCore(), plan, identity, session, ending)
+            await wait_for_end(core, plan, identity, session, ending)
             recorder.close()  # before the last resort: a slow disk takes its time, who supervises ends what hangs
             done = True
         finally:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 import zstandard
+from flockwire_core.swarm.reading import stat_file
 from flockwire_core.wire import codec as wire
 from flockwire_core.wire.cdr import MessageError
 from flockwire_core.wire.keys import ROWS, Key
@@ -42,7 +43,7 @@ class WholeRecords:
 
     A file that was not closed ends after its last complete record; a damaged chunk is skipped. After the iteration,
     `closed` is whether the data section has its end, and `lost_bytes` the number of its unreadable bytes. Raises
-    ValueError for a file that is not MCAP, OSError for one that cannot be read.
+    ValueError for a file that is not MCAP, OSError for one that cannot be read, as a pipe.
     """
 
     def __init__(self, path: Path) -> None:
@@ -51,13 +52,12 @@ class WholeRecords:
         self.path = path
 
     def __iter__(self) -> Iterator[McapRecord]:
-        if self.path.is_fifo():  # it would be waited for
-            raise ValueError(f"{self.path}: is not an MCAP file")
+        size = stat_file(self.path).st_size
         with self.path.open("rb") as stream:
             if stream.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
                 raise ValueError(f"{self.path}: is not an MCAP file")
             self.closed, self.lost_bytes = False, 0
-            yield from self._records(stream, self.path.stat().st_size)
+            yield from self._records(stream, size)
 
     def _records(self, stream: BinaryIO, size: int) -> Iterator[McapRecord]:
         while size - stream.tell() >= _HEAD.size:

@@ -38,7 +38,7 @@ def recover(trace: Path, out: Path) -> Recovered:
         writer = Writer(stream, compression=CompressionType.ZSTD)
         header = first if isinstance(first, Header) else Header("", "")
         writer.start(header.profile, header.library)
-        numbers: dict[tuple[str, str], int] = {}
+        numbers: dict[str, dict[str, int]] = {}
         messages = _copy(writer, walk, numbers)
         for records in files[1:]:  # the metadata are those of the first part
             messages += _copy(writer, (one for one in records if not _describes(one)), numbers)
@@ -50,11 +50,11 @@ def _describes(record: McapRecord) -> bool:
     return isinstance(record, Metadata) and record.name == METADATA
 
 
-def _copy(writer: Writer, records: Iterator[McapRecord], numbers: dict[tuple[str, str], int]) -> int:
+def _copy(writer: Writer, records: Iterator[McapRecord], numbers: dict[str, dict[str, int]]) -> int:
     """Copy one part to a writer, which renumbers schemas and channels; returns the number of messages.
 
     A message whose channel was lost is lost with it. Each part numbers the publishers of a topic by itself: `numbers`
-    are those of the copy, by topic and id.
+    are those of the copy, by topic, then by id.
     """
     messages, schemas, channels, topics = 0, {0: 0}, dict[int, int](), dict[int, str]()
     renumbered: dict[tuple[str, int], int] = {}
@@ -74,10 +74,11 @@ def _copy(writer: Writer, records: Iterator[McapRecord], numbers: dict[tuple[str
                 )
             case Metadata() if (read := publisher_of(record)) is not None:
                 topic, number, identity = read
-                known = sum(1 for named, _ in numbers if named == topic)
-                if (topic, identity) not in numbers:
-                    writer.add_metadata(PUBLISHER, about_publisher(topic, known, identity))
-                renumbered[topic, number] = numbers.setdefault((topic, identity), known)
+                known = numbers.setdefault(topic, {})
+                if identity not in known:
+                    known[identity] = len(known)
+                    writer.add_metadata(PUBLISHER, about_publisher(topic, known[identity], identity))
+                renumbered[topic, number] = known[identity]
             case Metadata():
                 writer.add_metadata(record.name, record.metadata)
             case Attachment():

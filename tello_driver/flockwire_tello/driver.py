@@ -23,8 +23,7 @@ from flockwire_core.wire.status import Reason, Report, counted
 from flockwire_tello.client import TelloClient
 from flockwire_tello.flight_modes import FlightModes, Mode
 from flockwire_tello.flight_monitor import FlightMonitor
-from flockwire_tello.stick_control import StickControl
-from flockwire_tello.sticks import CENTRED, Sticks
+from flockwire_tello.sticks import CENTRED, StickControl, Sticks
 from flockwire_tello.swarm_file import COMMAND_PORT, reached, tello_addresses, tello_keys
 from flockwire_tello.tello_link import TelloLink
 

@@ -1,7 +1,9 @@
 """The flight modes of a Tello: take-off, flight, landing, from the drone's state and its pilot's commands.
 
-connecting -> grounded -> taking off -> flying -> landing -> grounded; stop -> stopped A driver that starts in flight
-goes from connecting to flying. A drone off the ground with stopped motors is held in a hand, and goes back to grounded.
+    connecting -> grounded -> taking off -> flying -> landing -> grounded;   stop -> stopped
+
+A driver that starts in flight goes from connecting to flying. A drone off the ground with stopped motors is held in a
+hand, and goes back to grounded.
 """
 
 from __future__ import annotations

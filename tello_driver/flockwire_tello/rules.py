@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from flockwire_core.swarm.airframes import TELLO
+from flockwire_core.swarm.formation_rules import survey_of
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.swarm.validation import Problem
 
@@ -30,7 +31,7 @@ def places(swarm: Swarm) -> Iterator[Problem]:
 
 def warnings(swarm: Swarm) -> Iterator[str]:
     """Yield stick gains that are too small for the formation's speed."""
-    needed = swarm.survey().max_speed
+    needed = survey_of(swarm).max_speed
     for name in sorted({swarm.drone(number).airframe for number in swarm.of_kind(TELLO)}):
         fastest = full_speed(swarm.airframes[name])
         if fastest < needed:

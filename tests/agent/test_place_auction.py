@@ -4,13 +4,12 @@ from itertools import pairwise
 from math import dist, inf
 
 import pytest
-from flockwire_agent.place_auction import LISTENING, NEW, REPEAT, SOON, PlaceAuction
+from flockwire_agent.place_auction import LISTENING, NEW, REPEAT, SOON, PlaceAuction, auction_parameters
 from flockwire_core.control.auction import LEAST, highest_price
 from flockwire_core.domain.bids import NOBODY, Bid, Bids
 from flockwire_core.domain.motion import LeaderMotion, Motion
 from flockwire_core.domain.order import Change, Mission
 from flockwire_core.domain.time import SECOND
-from flockwire_core.parameters import auction_parameters
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import NO_PLACE_YET, Report

@@ -119,7 +119,7 @@ CLAUSES = {
 
 
 def unguarded(swarm: Swarm, number: int) -> PilotParameters:
-    return pilot_parameters(swarm, number)._replace(guard=None)
+    return pilot_parameters(swarm, number)._replace(filtered=False)
 
 
 @pytest.mark.long

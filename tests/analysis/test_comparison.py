@@ -99,9 +99,12 @@ def test_a_name_of_any_signs_is_text_in_latex(groups):
     assert " & a\\{b\\}\\textasciicircum{}c\\textasciitilde{}d\\textbackslash{}e\\_f & " in latex
 
 
-def test_a_folder_is_a_group_and_flights_in_equal_places_are_pairs(flockwire, summary, tmp_path, monkeypatch):
+def test_a_folder_is_a_group_and_flights_in_equal_places_are_pairs(
+    flockwire, summary, good_flight, tmp_path, monkeypatch
+):
     drawn = []
-    monkeypatch.setattr("flockwire_analysis.reading.read_trace", lambda path: path)
+    flight = read_trace(good_flight)
+    monkeypatch.setattr("flockwire_analysis.reading.read_trace", lambda _: flight)
     monkeypatch.setattr("flockwire_analysis.summary.summarise", lambda _: summary)
     monkeypatch.setattr("flockwire_analysis.figures.comparison.compare", lambda *given: drawn.append(given) or ())
     for group in ("paper", "extended"):

@@ -8,6 +8,7 @@ from flockwire_analysis.collecting import Collector
 from flockwire_analysis.export import tables, write_csv, write_parquet
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.summary import summarise
+from flockwire_core.domain.airframe import Command
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.wire.keys import Key
@@ -42,6 +43,16 @@ def test_a_table_of_poses_has_the_orientation(make_swarm, tmp_path):
     found = list(zip(*(table[name] for name in ("qx", "qy", "qz", "qw")), strict=True))
     assert found == turned[::-1]
     assert (table["x_m"], table["z_m"]) == ([1.0, 1.0], [3.0, 3.0])
+
+
+def test_a_table_of_commands_has_the_acceleration(make_swarm, tmp_path):
+    collector = Collector(make_swarm(), {})
+    command = Command(SECOND, "world", (0.1, 0.2, 0.3), 0.0, (1.0, 2.0, 3.0))
+    collector.add("uav1", Key("command", "uav1"), command, 0, SECOND, SECOND)
+    table = dict(tables(collector.trace(tmp_path)))["command"]
+    assert [table[name] for name in ("vx_m_s", "vz_m_s", "ax_m_s2", "ay_m_s2", "az_m_s2")] == [
+        [0.1], [0.3], [1.0], [2.0], [3.0]
+    ]  # fmt: skip
 
 
 def test_time_counts_from_the_formation(exported):

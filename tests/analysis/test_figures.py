@@ -103,6 +103,16 @@ def test_of_many_drones_each_is_drawn_to_the_nearest_and_not_every_pair(canvas, 
     assert np.nanmin([np.nanmin(grey.get_ydata()) for grey in greys[1]]) == lowest
 
 
+def test_accelerations_are_drawn_of_those_that_were_commanded_any(canvas, drawn, monkeypatch):
+    assert motion.accelerations(canvas) is None
+    series = canvas.trace.of("command", 2)
+    values = np.hstack([series.values[:, :3], np.full((len(series), 3), (1.0, -2.0, 0.5))])
+    monkeypatch.setitem(canvas.trace.series, ("command", "uav2"), replace(series, values=values))
+    motion.accelerations(canvas)
+    shown = [line.get_ydata() for axes in drawn[0].axes for line in axes.lines if len(line.get_ydata()) > 2]
+    assert [set(values) for values in shown] == [{1.0}, {-2.0}, {0.5}]
+
+
 @pytest.mark.parametrize("drones", [4, 12])
 def test_no_legend_is_cut_off(trace, tmp_path, monkeypatch, drones):
     figures, canvas = [], Canvas(trace, tmp_path)

@@ -18,7 +18,7 @@ KEYS = [
     "duration_s", "mission_start_ns", "drones", "left_out", "observation_error_m", "formation_error_m",
     "min_distance_uav_m",
     "min_distance_obstacle_m", "max_speed_m_s", "max_outside_m", "latency_ms", "steps", "messages",
-    "tracker", "rate", "filtered", "missing",
+    "tracker", "rate", "filtered", "conflicts", "missing",
     "phases", "checks",
 ]  # fmt: skip
 

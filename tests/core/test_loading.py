@@ -1,4 +1,6 @@
 import datetime
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -10,7 +12,8 @@ from flockwire_core.wire.plan import Plan
 from flockwire_lab.faults.file import load_faults
 from flockwire_lab.study.file import Study, load_study
 
-SHIPPED = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+EXAMPLES = Path(__file__).parents[2] / "examples"
+SHIPPED = sorted(EXAMPLES.glob("*.toml"))
 FRAMES = "t,drone,x,y,z\n0,1,1,0,0\n9,1,2,0,0\n0,2,0,1,0\n0,3,-1,0,0\n0,4,0,-1,0\n"
 BASE = """
 name = "flock"
@@ -243,6 +246,20 @@ def test_an_order_imports_no_law(tmp_path):
     with pytest.raises(SwarmFileError, match="cannot import it"):
         load_swarm(path)
     assert read_swarm(path).control.law == "nowhere:Law"
+
+
+def test_rules_of_an_airframe_that_nobody_flies_are_not_loaded():
+    code = """
+import sys
+from pathlib import Path
+from flockwire_core.loading import load_swarm
+load_swarm(Path(sys.argv[1]))
+print(*[name for name in sys.modules if name.endswith(".rules") and not name.startswith("flockwire_core")])
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code, EXAMPLES / "paper_simulation.toml"], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == []
 
 
 @pytest.mark.parametrize("text", ["name = ", "name = 7", ""])

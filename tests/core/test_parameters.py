@@ -13,5 +13,5 @@ def test_filter_and_law_of_a_tello_know_what_it_flies_at_full_stick(make_swarm, 
     }
     swarm = make_swarm({**sticks, "limits.speed": limit, "limits.vertical_speed": 0.5, "control.law": "extended"})
     tello, other = pilot_parameters(swarm, 1), pilot_parameters(swarm, 2)
-    assert (tello.speed, other.speed) == (pytest.approx(fastest), limit)
-    assert tello.guard.speed == law_settings(swarm, 1).speed == tello.speed
+    assert (tello.guard.speed, other.guard.speed) == (pytest.approx(fastest), limit)
+    assert law_settings(swarm, 1).speed == tello.guard.speed

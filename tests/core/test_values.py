@@ -15,8 +15,7 @@ from collections.abc import Callable
 
 import pytest
 from build_hook import ROOT, compiled_files
-from flockwire_core.control.formation import Line
-from flockwire_core.control.formation_change import FormationChange
+from flockwire_core.control.formation import Formation, FormationChange, Line
 from flockwire_core.control.graph import Graph
 from flockwire_core.control.trajectory import Waypoints
 from flockwire_core.domain.record import Record
@@ -31,6 +30,7 @@ PLAIN[type(None)] = None
 ROW, FLOWN = Line(2, 1.0, 0.0, 0.5), load_swarm(ROOT / "examples/paper_simulation.toml")
 EXAMPLES = {
     Graph: Graph((1, 2), ((0, 1, 1.0), (1, 2, 0.5))),
+    Formation: ROW,
     FormationChange: FormationChange(ROW, (0, 1), ROW, (1, 0), 3.0, 2.0),
     Waypoints: Waypoints(((1.0, 0.0, 0.0),), 0.5, loop=True),
     Swarm: FLOWN.model_copy(update={"topology": FLOWN.topology}),  # with what it keeps

@@ -15,7 +15,7 @@ import tomli_w
 import yaml
 from bundles import BOTH, HOSTS
 from command_line import refused
-from flockwire_deploy.units import key_files, units
+from flockwire_deploy.bundle import key_files, units
 from flockwire_operator.station.host import Host
 
 
@@ -156,18 +156,19 @@ def test_a_package_beside_the_swarm_file_travels_with_its_data(
     assert not [name for name in names if "__pycache__" in name]
 
 
-def test_a_file_travels_with_what_it_imports(flockwire, swarm_file, swarm_table, wheels, tmp_path):
+def test_a_file_travels_with_what_it_imports_and_its_weights(flockwire, swarm_file, swarm_table, wheels, tmp_path):
     text = PACKAGE.replace("from .gains", "from gains_beside").replace(
         'Path(__file__).with_name("weights.txt").read_text()', '""'
     )
     (swarm_file.parent / "still.py").write_text(text)
     (swarm_file.parent / "gains_beside.py").write_text("GAIN = 2.0\n")
-    (swarm_file.parent / "other.py").write_text("")
+    for name in ("other.py", "still.npy", "other.npy"):
+        (swarm_file.parent / name).write_text("")
     swarm_file.write_text(tomli_w.dumps(swarm_table({**HOSTS, "control.law": "still.py:Still"})))
     line = ["deploy", swarm_file, "--target", "systemd", "--wheels", wheels, "--out", tmp_path / "out"]
     assert flockwire(*line).returncode == 0
     there = tmp_path / "out" / "pi1" / "swarm"
-    assert {path.name for path in there.glob("*.py")} == {"still.py", "gains_beside.py"}
+    assert {path.name for path in there.glob("*.*py")} == {"still.py", "still.npy", "gains_beside.py"}
 
 
 def test_a_law_beside_the_swarm_file_travels_with_it(

@@ -2,8 +2,8 @@ from ipaddress import IPv4Network
 
 import pytest
 from flockwire_core.swarm.model import uav
+from flockwire_core.swarm.wording import InputError
 from flockwire_deploy.compose import POOL, aboard, networks
-from flockwire_deploy.files import DeployError
 
 
 def ring(count):
@@ -57,7 +57,7 @@ def test_an_engine_chooses_addresses_of_few_networks_and_of_many_gets_them(make_
 def test_a_range_that_is_named_is_used_and_one_too_small_refused(make_plan):
     within = IPv4Network("192.168.0.0/20")
     assert all(net.subnet.subnet_of(within) for net in networks(make_plan(), within))
-    with pytest.raises(DeployError, match=r"--subnets = 192.168.0.0/26: has no room for 8 networks of 13 addresses"):
+    with pytest.raises(InputError, match=r"--subnets = 192.168.0.0/26: has no room for 8 networks of 13 addresses"):
         networks(make_plan(), IPv4Network("192.168.0.0/26"))
-    with pytest.raises(DeployError, match="has no room"):
+    with pytest.raises(InputError, match="has no room"):
         networks(make_plan(), IPv4Network("192.168.0.0/30"))

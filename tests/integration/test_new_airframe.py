@@ -84,6 +84,10 @@ class SimulatedBlimp:
         self._wind = None
 
     @property
+    def airframe(self):
+        return self  # its body, which has position and orientation
+
+    @property
     def orientation(self):
         return (0.0, 0.0, sin(self._yaw / 2.0), cos(self._yaw / 2.0))
 

@@ -22,7 +22,7 @@ WEATHER = Process("weather", "Run the weather station.", _one("weather"), "flock
 PROCESSES = (WEATHER, """
 KEY_ROW = """
 TABLE = (
-    KeyRow("wind", Command, lambda _: (Owner("weather"),), _all(WEATHER), _all(AGENT), 40, 512, maximum_age=3.0),
+    KeyRow("wind", Command, lambda _: (Member("weather"),), _all(WEATHER), _all(AGENT), 40, 512, maximum_age=3.0),
 """
 CORE = '''
 """A weather station without clock, input or output."""

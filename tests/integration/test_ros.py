@@ -16,7 +16,7 @@ from flockwire_core.domain.pose import Pose
 from flockwire_core.ros.graph import data_key
 from flockwire_core.wire.codec import encode
 from flockwire_core.wire.status import Status
-from flockwire_operator.ros.services import services
+from flockwire_operator.ros.core import services
 from flockwire_operator.ros.topics import all_topics
 from ros_attacks import GOOD, attack, steer_wrongly
 from ros_graph import ATTACHMENT, Gaps, Sdk, bare, free_port, router

@@ -32,4 +32,4 @@ def test_the_others_neither_wait_for_them_nor_lose_their_places(flown):
 def test_a_drone_that_is_left_out_stays_on_the_ground_though_ready(flown):
     trace, _ = flown
     assert set(trace.of("telemetry", 4).values[:, 0]) == {FlightState.GROUNDED}
-    assert [state.phase for state in trace.states["uav4"]][-1] == "grounded"
+    assert [state.phase for state in trace.shown["uav4"]][-1] == "grounded"

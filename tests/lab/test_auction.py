@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from flockwire_agent.place_auction import auction_parameters
 from flockwire_analysis.checks import ABOUT_THE_RECORD
 from flockwire_analysis.phases import offsets, shared_places
 from flockwire_analysis.recorded import Held, Trace
@@ -23,7 +24,6 @@ from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground.order import Order
 from flockwire_core.loading import parse_swarm
-from flockwire_core.parameters import auction_parameters
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.plan import Plan
 from flockwire_lab.faults.file import parse_faults

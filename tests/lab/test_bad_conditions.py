@@ -14,8 +14,8 @@ from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector, add
 from flockwire_core.swarm.model import Swarm
-from flockwire_lab.study.draws import random_starts
 from flockwire_lab.study.file import Starts
+from flockwire_lab.study.variation import random_starts
 
 Fly = Callable[..., Any]
 

@@ -65,6 +65,7 @@ def no_reward(state, number):
 def test_it_can_be_sent_to_another_process():
     one = pickle.loads(pickle.dumps(SwarmEnv(SWARM, no_reward, 1.0)))
     assert len(one.names("uav3")) == one.observation_space("uav3").shape[0]
+    assert one.unwrapped.render_mode is None  # SuperSuit asks for it, to fly several in processes
 
 
 def test_a_law_with_messages_is_refused(tmp_path):
@@ -83,7 +84,7 @@ def test_a_policy_flies_as_a_law_as_it_was_trained(monkeypatch, tmp_path):
     import learned
 
     weights = np.array([1.0, 0.8, 0.8])
-    np.save(tmp_path / "weights.npy", weights)
+    np.save(tmp_path / "learned.npy", weights)
     for file in ("learned.py", "swarm.toml"):
         (tmp_path / file).write_text((LEARNED / file).read_text())
     found = []

@@ -110,14 +110,15 @@ class Mute(FaultKind):
     """A simulated airframe publishes nothing."""
 
     cores: ClassVar[tuple[Process, ...]] = AIRFRAMES
+    edits: ClassVar[tuple[str, ...]] = ("truth", "telemetry")
     kind: Literal["mute"]
     drone: int
 
     def named_drones(self) -> dict[str, int]:
         return {"drone": self.drone}
 
-    def edit_output(self, key: Key, message: Any, since: float, now: int) -> Any:
-        return None if key.owner == uav(self.drone) else message
+    def edit(self, message: Any, since: float, now: int) -> None:
+        return None
 
 
 def test_a_new_fault_is_one_class(make_plan: Callable[..., Plan]) -> None:

@@ -1,11 +1,14 @@
-"""The consensus example as a program in C++ and in Octave flies as the law in Python does."""
+"""The consensus example as a program in C++ and in Octave, and events by a program, fly as the laws in Python do."""
 
 from __future__ import annotations
 
 import shutil
 import socket
+import struct
 import subprocess
+import threading
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -19,9 +22,9 @@ FOLDER = Path(__file__).parents[2] / "laws/elsewhere"
 LONG = 60.0  # s until a program serves
 
 
-def flown(control: dict) -> np.ndarray:
+def flown(control: dict, file: Path = FOLDER / "consensus.toml") -> np.ndarray:
     """Return the true positions of all drones, m, in the order in which they were published."""
-    table = tomllib.loads((FOLDER / "consensus.toml").read_text()) | {"control": control, "folder": str(FOLDER)}
+    table = tomllib.loads(file.read_text()) | {"control": control, "folder": str(FOLDER)}
     found: list[tuple[float, float, float]] = []
 
     def take(published):
@@ -71,6 +74,64 @@ def test_it_flies_as_the_law_in_python(name, tmp_path):
             process.kill()
     here = flown({"law": "consensus", "parameters": {"gain": 1.0}})
     assert elsewhere.shape == here.shape
+    assert np.abs(elsewhere - here).max() < 1e-9
+
+
+def received(end: socket.socket) -> np.ndarray | None:
+    """Return the next frame, None at the end of the connection."""
+    head = end.recv(8, socket.MSG_WAITALL)
+    return np.frombuffer(end.recv(8 * struct.unpack("<II", head)[0], socket.MSG_WAITALL)) if head else None
+
+
+def by_events(first: np.ndarray) -> Iterator[list[float]]:
+    """Yield the decisions of law 10b (facts of docs/law_elsewhere.md alone); each is sent the observation."""
+    count, x, decision = int(first[7]), None, []
+    weights, (c0, c1, alpha) = first[8 + count : 8 + 2 * count], first[9 + 3 * count :]
+    while True:
+        seen = yield decision
+        heard = seen[14:].reshape(count, 8)[:, 3:]  # h_i - h_j; number of the message, its age, x_j
+        decision = [seen[0], 0.0, 0.0, 0.0, np.nan]
+        if not seen[1] or not seen[10]:
+            x = None
+            continue
+        q = seen[11:14] - seen[4:7]
+        event = x is None or np.linalg.norm(x - q) > c0 + c1 * np.exp(-alpha * seen[2])
+        x = q if x is None else x
+        pull = sum((w * (one[2:] - x) for w, one in zip(weights, heard, strict=True) if one[0]), np.zeros(3))
+        decision = [seen[0], *(seen[7:10] + pull), np.nan, *(q if event else ())]
+        x = q if event else x
+
+
+def serve(door: socket.socket) -> None:
+    """Serve the law of each connection."""
+
+    def one(end: socket.socket) -> None:
+        with end:
+            law = by_events(received(end))
+            next(law)
+            while (seen := received(end)) is not None:
+                decision = law.send(seen)
+                end.sendall(struct.pack(f"<II{len(decision)}d", len(decision), 0, *decision))
+
+    while True:
+        try:
+            end = door.accept()[0]
+        except OSError:
+            return
+        threading.Thread(target=one, args=(end,), daemon=True).start()
+
+
+def test_events_by_messages_fly_as_the_law_in_python(tmp_path):
+    parameters, file = {"c0": 0.01, "c1": 0.3, "alpha": 0.3}, FOLDER.parent / "examples/event_triggered.toml"
+    information = {"own": ["position"], "message": 3, "pace": "event", "leaders": [0, 0], "directed": False}
+    path = tmp_path / "door"
+    with socket.socket(socket.AF_UNIX) as door:
+        door.bind(str(path))
+        door.listen(16)
+        threading.Thread(target=serve, args=(door,), daemon=True).start()
+        elsewhere = flown({"law": f"socket:{path}", "parameters": parameters, "information": information}, file)
+        door.shutdown(socket.SHUT_RDWR)
+    here = flown({"law": "event_triggered", "parameters": parameters}, file)
     assert np.abs(elsewhere - here).max() < 1e-9
 
 

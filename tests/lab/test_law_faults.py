@@ -17,7 +17,6 @@ from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.world import World
 from flockwire_laws.aggregative import RESTARTED, Aggregative
 from flockwire_laws.event_triggered import EventTriggered, Sent
-from flockwire_laws.relative import vector
 from law_swarms import EXAMPLES, of_five
 
 LONG = partial(pytest.param, marks=pytest.mark.long)
@@ -26,6 +25,7 @@ CUT = {"kind": "cut", "from": "uav2", "to": "uav1", "duration": 3.0}
 FREEZE = {"kind": "freeze", "process": "uav2", "duration": 0.6}
 RESTART = {"kind": "restart", "process": "uav2"}
 KILL = {"kind": "kill", "process": "uav2"}
+FAR = (50.0, 0.0, 0.0)  # m
 
 
 class Flown:
@@ -99,32 +99,31 @@ def test_all_land_when_a_neighbour_is_dead(name: str) -> None:
         assert flown.has_said("uav1", "nothing from uav2")
 
 
-class LyingRounds(Aggregative):
-    """Drone 2 sends a mean that is far away."""
+class Liar:
+    """In front of a law: drone 2 sends what `lie` makes of its messages, after two seconds in formation."""
 
     def __init__(self, settings: Any) -> None:
-        super().__init__(settings)
-        self.lies = settings.number == 2
+        super().__init__(settings)  # type: ignore[call-arg]
+        self._lies = settings.number == 2
 
     def step(self, observation: Observation) -> Decision:
-        decision = super().step(observation)
-        if decision.message is None or not self.lies or observation.t < 2.0:
-            return decision
-        return decision._replace(message=decision.message._replace(s=vector(np.array([50.0, 0.0, 0.0]))))
+        decision: Decision = super().step(observation)  # type: ignore[misc]
+        lies = self._lies and observation.t >= 2.0
+        return decision._replace(message=self.lie(decision.message)) if lies else decision
 
 
-class LyingEvents(EventTriggered):
-    """Drone 2 sends at each step that it is far away."""
+class LyingRounds(Liar, Aggregative):
+    """Its mean is far away."""
 
-    def __init__(self, settings: Any) -> None:
-        super().__init__(settings)
-        self.lies = settings.number == 2
+    def lie(self, message: Any) -> Any:
+        return message and message._replace(s=FAR)
 
-    def step(self, observation: Observation) -> Decision:
-        decision = super().step(observation)
-        if not self.lies or observation.t < 2.0:
-            return decision
-        return decision._replace(message=Sent((50.0, 0.0, 0.0)))
+
+class LyingEvents(Liar, EventTriggered):
+    """It is far away, at each step."""
+
+    def lie(self, message: Any) -> Any:
+        return Sent(FAR)
 
 
 @pytest.mark.sources

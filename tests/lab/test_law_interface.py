@@ -274,8 +274,65 @@ class Unplanned(Planned):
         raise ArithmeticError("no solution")
 
 
+class Never(Nothing):
+    """Its plan is never computed: no deadline."""
+
+    def plan(self, o: Observation) -> int:
+        return 1
+
+
+class Spelling(Nothing):
+    information = Information(message=Row, leaders=(1, 1))
+
+    def step(self, o: Observation) -> Decision:
+        return Decision(message=Row((0.0, 0.0, 0.0, "x")))  # type: ignore[arg-type]
+
+
+class Wording(Nothing):
+    information = Information(output="acceleration")  # type: ignore[arg-type]
+
+
+class Counted(NamedTuple):
+    count: int
+
+
+class Counting(Nothing):
+    information = Information(message=Counted, leaders=(0, 1))
+
+    def step(self, o: Observation) -> Decision:
+        return Decision(message=Counted("one"))  # type: ignore[arg-type]
+
+
+class Leading(Counting):
+    def step(self, o: Observation) -> Decision:
+        return Decision(message=Counted(1))
+
+    def lead(self, t: float, motion: LeaderMotion) -> Counted:
+        return Counted(1)
+
+
 class Listing(Nothing):
     information = Information(message=Endless)
+
+
+class Behind(Nothing):
+    information = Information(around=Sense.POSITION, radius=-1.0)
+
+
+class Impatient(Nothing):
+    information = Information(message=Row, silence=0.0)
+
+
+class Endlessly(Nothing):
+    information = Information(deadline=float("inf"))
+
+
+class Compass(Nothing):
+    information = Information(own=Sense.BEARING)
+
+
+class Backwards(Nothing):
+    information = Information(leaders=(2, 0))
 
 
 class Heavy(Nothing):
@@ -293,7 +350,17 @@ class Led3(Nothing):
         (Symmetric, {"graph.edges": [[0, 1], [1, 2], [2, 1, 0.5], [2, 3], [3, 2], [3, 4], [4, 3]]}, "symmetric graph"),
         (Telling, {}, "its information declares none"),
         (Unplanned, {}, "flies in formation: ArithmeticError: no solution"),
+        (Never, {}, "a method plan and a deadline > 0"),
+        (Spelling, {}, "message field row = 'x': must be a finite number$"),
+        (Wording, {}, "information has output = 'acceleration', must be of the type Output"),
+        (Counting, {}, "message field count = 'one': must be a whole number"),
+        (Leading, {}, r"its class method lead\(t, motion\) fails: TypeError: .*missing 1 required positional argument"),
         (Listing, {}, "has no fixed size"),
+        (Behind, {}, r"information has radius = -1\.0, must be 0 to 1000 m"),
+        (Impatient, {}, r"information has silence = 0\.0, must be more than 0 s"),
+        (Endlessly, {}, "information has deadline = inf, must be 0 to 60 s"),
+        (Compass, {}, "information has own = .*, must be of POSITION and VELOCITY"),
+        (Backwards, {}, r"information has leaders = \(2, 0\), must be two whole numbers, the least and the most"),
         (Heavy, {}, "message Wide takes 8800 bytes, at most 8192 may be sent"),
         (Led3, {}, "needs 3, the file has 1"),
         (Bearings, {"graph.edges": [[0, 1], [1, 2, -0.5], [2, 3], [3, 4]]}, "takes weights above 0 only"),
@@ -393,3 +460,5 @@ def test_the_laws_own_check_is_asked(make_swarm: Callable[..., Swarm], monkeypat
     assert law_check(swarm) == (["the graph is too thin"], ["thin"], {"slowest": 0.25 * 5})
     monkeypatch.setattr(Led, "check", lambda *_: 1 / 0)
     assert "its check fails: ZeroDivisionError" in law_check(swarm)[0][0]
+    monkeypatch.setattr(Led, "check", lambda *_: ("bad", [], {}))
+    assert "it must return problems and notes (lists of text) and rates (a dict)" in law_check(swarm)[0][0]

@@ -79,9 +79,9 @@ def test_reordering_lets_later_messages_overtake() -> None:
 def test_a_cut_link_lets_nothing_through_until_every_cut_is_restored() -> None:
     def during(number: int, link: VirtualLink) -> None:
         if number in (10, 15):
-            link.cut()
+            link.disturb(None)
         if number in (20, 30):
-            link.mend()
+            link.restore(None)
 
     arrived = carry(link_with(delay=0.001), 50, during=during)
     assert [number for number, _ in arrived] == [*range(10), *range(30, 50)]
@@ -92,9 +92,9 @@ def test_conditions_hold_until_they_are_lifted() -> None:
 
     def during(number: int, link: VirtualLink) -> None:
         if number == 10:
-            link.impose(bad)
+            link.disturb(bad)
         if number == 20:
-            link.lift(bad)
+            link.restore(bad)
 
     arrived = carry(link_with(delay=0.001), 40, during=during)
     assert [number for number, _ in arrived] == list(range(40))

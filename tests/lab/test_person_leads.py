@@ -45,8 +45,8 @@ def test_no_process_commands_or_waits_for_the_person(trace):
     assert 0 not in trace.plan.pilots
     assert 0 not in trace.flying
     assert not {Key("command", "uav0"), Key("telemetry", "uav0")}.intersection(trace.plan.keys)
-    assert [state.phase for state in trace.states["leader"]][-1] == "tracked"
-    assert {"take-off", "formation", "landing"} <= {state.phase for state in trace.states["uav4"]}
+    assert [state.phase for state in trace.shown["leader"]][-1] == "tracked"
+    assert {"take-off", "formation", "landing"} <= {state.phase for state in trace.shown["uav4"]}
 
 
 def test_a_person_out_of_sight_makes_the_drones_hold_and_the_leader_reports_it(fly):

@@ -29,14 +29,18 @@ def test_commands_are_the_equations(seed):
     p, y, w = draw.normal(size=(4, 3)), draw.normal(size=(4, 3)), draw.uniform(0.2, 2.0, 4)
     seen = [sight(Sense.POSITION, j + 1, w[j], False, p[j] - p[0], np.zeros(3)) for j in (1, 2, 3)]
     heard = [Heard(j + 1, w[j], False, 0, 1, Velocity(tuple(y[j]))) for j in (1, 2, 3)]
-    observation = Observation(dt=1e-4, place=place({1: np.zeros(3)}, 1), neighbours=seen, heard=heard)
+    observation = Observation(dt=0.01, place=place({1: np.zeros(3)}, 1), neighbours=seen, heard=heard)
     delta = w[1:].sum() * p[0] - w[1:] @ p[1:]
     given_ = settings(gain=0.6, beta=0.4)
     assert AtRest(given_).step(observation).command == pytest.approx(-0.6 * delta, abs=1e-5)
-    if np.abs(delta).min() > 1e-3:
-        assert Sliding(given_).step(observation).command == pytest.approx(-0.6 * delta - 0.4 * np.sign(delta), abs=1e-5)
-    y0 = 0.4 * 1e-4 * np.sign(w[1:] @ y[1:])
-    assert Containment(given_).step(observation).command == pytest.approx(y0 - 0.6 * delta, abs=1e-5)
+    for dt in (0.0, 0.01):
+        if np.abs(delta).min() > 0.4 * dt * w[1:].sum():
+            found = Sliding(given_).step(observation._replace(dt=dt)).command
+            assert found == pytest.approx(-0.6 * delta - 0.4 * np.sign(delta), abs=1e-5)
+    law, towards = Containment(given_), w[1:] @ y[1:] / w[1:].sum()
+    assert law.step(observation).command == pytest.approx(-0.6 * delta, abs=1e-5)  # y(0) = 0
+    y1 = np.clip(towards, -0.004, 0.004)
+    assert law.step(observation).command == pytest.approx(y1 - 0.6 * delta, abs=1e-5)
 
 
 @pytest.mark.parametrize("lag", [0.0, 0.1])

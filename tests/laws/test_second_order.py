@@ -1,16 +1,34 @@
 import numpy as np
 import pytest
-from flockwire_core.law import Heard, Observation, Sense
+from flockwire_core.law import Heard, Observation, Place, Sense
 from flockwire_laws.relative import Acceleration
 from flockwire_laws.second_order import Relative, SecondOrder
 from hypothesis import given
 from hypothesis import settings as tries
 from hypothesis import strategies as st
-from law_flights import Flight, place, rate, settings, sight
+from law_flights import Flight, rate, settings, sight
 
 STATE = Sense.POSITION | Sense.VELOCITY
 RING = [(i % 6 + 1, (i + 1) % 6 + 1, 1.0) for i in range(6)]  # directed
 DEEP = [(0, 1, 1.0), (1, 2, 1.0), (2, 3, 2.0), (1, 3, 1.0), (3, 4, 1.0)]
+
+
+class Turning:
+    """Places that turn round a vertical axis at `rate` rad/s."""
+
+    def __init__(self, places, rate):
+        self.places, self.rate = places, rate
+
+    def derivative(self, rank, t, order):
+        x, y, z = self.places[rank]
+        c = self.rate**order * (x + 1j * y) * np.exp(1j * (self.rate * t + order * np.pi / 2))
+        return np.array([c.real, c.imag, 0.0 if order else z])
+
+    def offset(self, rank, t):
+        return tuple(self.derivative(rank, t, 0))
+
+    def offset_rate(self, rank, t):
+        return tuple(self.derivative(rank, t, 1))
 
 
 @tries(max_examples=30, deadline=None)
@@ -18,14 +36,16 @@ DEEP = [(0, 1, 1.0), (1, 2, 1.0), (2, 3, 2.0), (1, 3, 1.0), (3, 4, 1.0)]
 def test_commands_are_the_equations(seed):
     draw = np.random.default_rng(seed)
     p, v, a, h = draw.normal(size=(4, 4, 3))
+    shape, t = Turning(h, draw.uniform(-3, 3)), draw.uniform(0, 30)
+    h, dh, ddh = np.array([[shape.derivative(j, t, order) for j in range(4)] for order in range(3)])
     w = draw.uniform(0.2, 2.0, 4)
     seen = [sight(STATE, j + 1, w[j], False, p[j] - p[0], v[j] - v[0]) for j in (1, 2, 3)]
     heard = [Heard(j + 1, w[j], False, 0, 1, Acceleration(tuple(a[j]))) for j in (1, 2, 3)]
-    observation = Observation(place=place(dict(enumerate(h, 1)), 1, (2, 3, 4)), neighbours=seen, heard=heard)
-    z = p - h
-    terms = np.array([w[j] * (a[j] - 1.5 * (z[0] - z[j]) - 2.2 * (v[0] - v[j])) for j in (1, 2, 3)])
-    given_ = settings(kp=1.5, kv=2.2)
-    assert SecondOrder(given_).step(observation).command == pytest.approx(terms.sum(axis=0) / w[1:].sum(), abs=1e-5)
+    observation = Observation(t=t, place=Place(shape, 0, 0, {2: 1, 3: 2, 4: 3}), neighbours=seen, heard=heard)
+    z, dz = p - h, v - dh
+    terms = np.array([w[j] * (a[j] - ddh[j] - 1.5 * (z[0] - z[j]) - 2.2 * (dz[0] - dz[j])) for j in (1, 2, 3)])
+    given_, expected = settings(kp=1.5, kv=2.2), ddh[0] + terms.sum(axis=0) / w[1:].sum()
+    assert SecondOrder(given_).step(observation).command == pytest.approx(expected, abs=1e-5)
     bare = np.array([-w[j] * (1.5 * (z[0] - z[j]) + 2.2 * (v[0] - v[j])) for j in (1, 2, 3)]).sum(axis=0)
     assert Relative(given_).step(observation).command == pytest.approx(bare, abs=1e-5)
 

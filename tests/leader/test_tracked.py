@@ -3,7 +3,7 @@ from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.wire.keys import MISSION, Key
-from flockwire_leader.tracked import TrackedLeader
+from flockwire_leader.grounded import TrackedLeader
 
 BEGAN = 1_790_000_000 * SECOND
 TRACKED = {"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2], "drones.0.body": "wand"}

@@ -6,7 +6,7 @@ from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import add
 from flockwire_core.wire.keys import MISSION, Key
 from flockwire_core.wire.phase import Phase
-from flockwire_leader.virtual import VirtualLeader
+from flockwire_leader.grounded import VirtualLeader
 
 BEGAN = 1_790_000_000 * SECOND
 TICK = SECOND // 100

@@ -2,9 +2,8 @@ from math import dist
 
 import pytest
 from flockwire_core.domain.body import Body, BodyKind
-from flockwire_core.domain.pose import LEVEL
+from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND, nanoseconds
-from flockwire_mocap.claim import Claim
 from flockwire_mocap.field_bodies import FEW, FORGET, LEFT, MOST_MOVERS, FieldBodies, Stray, Vicinity
 from hypothesis import given
 from hypothesis import strategies as st
@@ -28,7 +27,7 @@ def walk(field, name, frames=60, speed=1.0):
 
 def test_a_person_is_an_endless_cylinder_with_its_velocity(field):
     now, x = walk(field, "Ada")
-    field.see_drone(Claim(now, 1, (x, 0.0, 0.4), LEVEL))
+    field.see_drone(1, Pose(now, "world", (x, 0.0, 0.4)))
     field.arrange(now)
     (body,) = field.near(1, (x, 0.0, 0.4))
     assert (body.kind, body.relative_position, body.radius) == (BodyKind.MOVER, (0.0, 1.0, 0.0), 0.5)
@@ -64,7 +63,7 @@ def test_a_person_who_is_no_longer_seen_may_be_as_far_as_a_person_walks_then_has
 
 def test_whoever_carries_the_leader_stays_on_the_field(make_swarm):
     field = FieldBodies(make_swarm({"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2]}))
-    field.see_drone(Claim(NOW, 0, (0.0, 1.0, 1.2), LEVEL))
+    field.see_drone(0, Pose(NOW, "world", (0.0, 1.0, 1.2)))
     field.arrange(NOW + 10 * LEFT)
     (body,) = field.near(1, (0.0, 0.0, 1.0))
     assert (body.relative_position, body.radius) == ((0.0, 1.0, 0.0), pytest.approx(1.4))
@@ -94,7 +93,7 @@ def test_a_body_that_is_not_believed_to_be_a_drones_is_there_until_it_is(field):
     assert [body.kind for body in field.near(1, (0.0, 0.0, 1.0))] == [BodyKind.MOVER]
     assert field.near(2, (1.0, 0.0, 1.0)) == ()  # it is in nobody's way there but others'
     assert field.others == ()
-    field.see_drone(Claim(NOW, 2, (1.0, 0.0, 1.0), LEVEL))
+    field.see_drone(2, Pose(NOW, "world", (1.0, 0.0, 1.0)))
     field.arrange(NOW)
     assert [body.kind for body in field.near(1, (0.0, 0.0, 1.0))] == [BodyKind.DRONE]
 
@@ -114,7 +113,7 @@ def test_a_crowd_sorted_by_place_shows_the_same_as_a_look_at_all(make_swarm, mon
         field = FieldBodies(make_swarm({"gateway": {"person_radius": 0.9}}))
         for k in range(many):
             place = (k % 8 * 0.9, k // 8 * 0.9, 1.0)
-            (field.see_drone(Claim(NOW, k, place, LEVEL)) if k % 2 else field.see_other(f"person {k}", NOW, place))
+            (field.see_drone(k, Pose(NOW, "world", place)) if k % 2 else field.see_other(f"person {k}", NOW, place))
         field.arrange(NOW)
         found.append(
             [sorted(field.near(k, (k % 8 * 0.9, k // 8 * 0.9, 1.0)), key=Body.fields) for k in range(1, many, 2)]

@@ -7,10 +7,9 @@ from typing import Any
 
 import pytest
 from flockwire_core.domain.body import Body, BodyKind
-from flockwire_core.domain.pose import LEVEL
+from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.swarm.model import Swarm
-from flockwire_mocap.claim import Claim
 from flockwire_mocap.field_bodies import FEW, FieldBodies
 from flockwire_mocap.lost_body import DRIFT, WAY, drone_spread, person_spread
 
@@ -27,8 +26,8 @@ def swarm(make_swarm: Callable[..., Swarm]) -> Swarm:
 def seen(swarm: Swarm, age: float, position: tuple[float, float, float], place: Any = PLACE) -> tuple[Body, ...]:
     """Return what drone 1 sees from `position` of drone 2, which was seen `age` s ago at `place`."""
     field, now = FieldBodies(swarm), NOW + nanoseconds(age)
-    field.see_drone(Claim(NOW, 2, place, LEVEL))
-    field.see_drone(Claim(now, 1, position, LEVEL))
+    field.see_drone(2, Pose(NOW, "world", place))
+    field.see_drone(1, Pose(now, "world", position))
     field.arrange(now)
     return field.near(1, position)
 
@@ -90,8 +89,8 @@ def test_one_that_stood_on_the_ground_does_not_grow(swarm: Swarm) -> None:
 
 def test_who_is_not_seen_sees_no_body_where_it_was_itself(swarm: Swarm) -> None:
     field = FieldBodies(swarm)
-    field.see_drone(Claim(NOW, 2, PLACE, LEVEL))
-    field.see_drone(Claim(NOW + SECOND, 1, (5.0, 5.0, 1.0), LEVEL))
+    field.see_drone(2, Pose(NOW, "world", PLACE))
+    field.see_drone(1, Pose(NOW + SECOND, "world", (5.0, 5.0, 1.0)))
     field.arrange(NOW + SECOND)
     assert field.near(2, PLACE) == ()
 
@@ -99,16 +98,16 @@ def test_who_is_not_seen_sees_no_body_where_it_was_itself(swarm: Swarm) -> None:
 def test_seen_again_it_is_a_drone_where_it_is(swarm: Swarm) -> None:
     field = FieldBodies(swarm)
     for later, place in ((0, PLACE), (5 * SECOND, (0.5, 0.0, 1.0))):
-        field.see_drone(Claim(NOW + later, 2, place, LEVEL))
+        field.see_drone(2, Pose(NOW + later, "world", place))
         field.arrange(NOW + later)
     assert field.near(1, (0.0, 0.0, 1.0)) == (Body(BodyKind.DRONE, (0.5, 0.0, 0.0), 0.0),)
 
 
 def test_in_a_crowd_it_is_found_though_it_has_grown(swarm: Swarm) -> None:
     field, now = FieldBodies(swarm), NOW + 10 * SECOND
-    field.see_drone(Claim(NOW, 2, (2.0, 0.0, 1.0), LEVEL))
+    field.see_drone(2, Pose(NOW, "world", (2.0, 0.0, 1.0)))
     for k in range(3, 2 * FEW):
-        field.see_drone(Claim(now, k, (50.0 + k, 0.0, 1.0), LEVEL))
+        field.see_drone(k, Pose(now, "world", (50.0 + k, 0.0, 1.0)))
     field.arrange(now)
     (body,) = field.near(1, (0.0, 0.0, 1.0))
     assert 2.0 - body.radius < swarm.avoidance.sensing_radius < 2.0

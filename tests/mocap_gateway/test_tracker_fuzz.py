@@ -10,14 +10,6 @@ from tracemalloc import get_traced_memory, start, stop
 
 import pytest
 from flockwire_core.swarm.gateway import NatNet
-from flockwire_mocap.natnet.encoding import (
-    encode,
-    encode_command,
-    encode_connect,
-    encode_frame,
-    encode_model,
-    encode_server_info,
-)
 from flockwire_mocap.natnet.packets import (
     COUNTED,
     HEADER,
@@ -29,13 +21,18 @@ from flockwire_mocap.natnet.packets import (
     ServerInfo,
     Stamps,
     Version,
+    encode,
+    encode_command,
+    encode_connect,
+    encode_frame,
+    encode_model,
+    encode_server_info,
 )
 from flockwire_mocap.natnet.session import NatNetSession
 from flockwire_mocap.tracking import ReportedBody
-from flockwire_mocap.vrpn.connection import VrpnConnection
-from flockwire_mocap.vrpn.reports import Reports
-from flockwire_mocap.vrpn.wire import PoseBody, VrpnMessage
-from flockwire_mocap.vrpn.wire import encode as encode_vrpn
+from flockwire_mocap.vrpn.connection import PoseBody, VrpnConnection, VrpnMessage
+from flockwire_mocap.vrpn.connection import encode as encode_vrpn
+from flockwire_mocap.vrpn.source import Reports
 from flockwire_twins.trackers.natnet import NatNetTwin, TwinOptions
 
 VERSIONS: tuple[Version, ...] = ((3, 0), (3, 1), (4, 0), (4, 1), (4, 2), (4, 5))

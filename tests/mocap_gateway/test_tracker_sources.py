@@ -9,9 +9,8 @@ from flockwire_mocap.core import make_core
 from flockwire_mocap.natnet.packets import Connect, Kind
 from flockwire_mocap.natnet.parsing import parse_request
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
-from flockwire_mocap.vrpn.connection import VrpnConnection
-from flockwire_mocap.vrpn.reports import SET_BACK
-from flockwire_mocap.vrpn.wire import PoseBody
+from flockwire_mocap.vrpn.connection import PoseBody, VrpnConnection
+from flockwire_mocap.vrpn.source import SET_BACK
 from flockwire_twins.trackers.core import TwinCore
 from flockwire_twins.trackers.natnet import NatNetTwin, TwinOptions
 

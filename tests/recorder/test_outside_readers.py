@@ -10,6 +10,7 @@ from flockwire_core.domain.time import SECOND
 from flockwire_core.wire.keys import BATCH, ROWS
 from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.flight import TraceFile
+from flockwire_lab.operator import ScriptedSteering
 from flockwire_lab.world import EPOCH, World
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
@@ -44,7 +45,7 @@ def flight(make_plan, tmp_path_factory):
         trace.take(message)
 
     world = World(plan.swarm, 0, 20.0, faults, tap)
-    world.steer(lambda _: (0.2, 0.0, 0.0))
+    world.seat("teleop", ScriptedSteering(world.swarm, lambda _: (0.2, 0.0, 0.0)))
     world.scheduler.at(EPOCH + 8 * SECOND, lambda _: world.stop("enough"))
     world.scheduler.run(EPOCH + 9 * SECOND)
     trace.close()

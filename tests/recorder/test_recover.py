@@ -7,6 +7,7 @@ import pytest
 import zstandard
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.summary import summarise
+from flockwire_core.swarm.reading import NO_FILE
 from flockwire_recorder.records import LARGEST_CHUNK, WholeRecords
 from flockwire_recorder.recover import Recovered, recover
 from hypothesis import HealthCheck, given, settings
@@ -137,7 +138,7 @@ def test_a_chunk_that_grows_without_bound_is_left_out(whole, work):
     assert recovered.lost_bytes == len(record)
 
 
-def test_what_is_no_file_is_refused_at_once(work):
+def test_a_pipe_is_refused_at_once_and_called_one(work):
     os.mkfifo(work / "pipe.mcap")
-    with pytest.raises(ValueError, match=r"pipe\.mcap: is not an MCAP file"):
+    with pytest.raises(OSError, match=NO_FILE):
         read_trace(work / "pipe.mcap")

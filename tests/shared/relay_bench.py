@@ -31,6 +31,11 @@ class Listener:
 class Bench:
     """A relay with a listener behind it, and diallers in front of it."""
 
+    @property
+    def held(self) -> int:
+        """The held bytes of all connections, in both directions."""
+        return sum(pipe.stream.size for connection in self.relay.connections for pipe in connection.pipes)
+
     async def __aenter__(self):
         self.listener, self.diallers = Listener(), []
         self.server = await asyncio.start_server(self.listener.heard, "127.0.0.1", 0)

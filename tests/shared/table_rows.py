@@ -26,6 +26,6 @@ def table_rows(swarm: Swarm) -> Iterator[tuple[Key, set[str], set[str]]]:
     roster = Roster(swarm)
     for row in TABLE:
         for owner in row.owners(roster):
-            key, publishers = Key(row.kind, owner.name), set(row.publishers(roster, owner))
+            key, publishers = Key(row.kind, owner.identity), set(row.publishers(roster, owner))
             recorders = set() if batched(key, publishers) else {RECORDER}
             yield key, publishers, {*row.subscribers(roster, owner), *recorders}

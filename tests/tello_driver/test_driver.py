@@ -49,7 +49,7 @@ class Flight:
 
     @property
     def motion(self):
-        return self.tello.flight.motion(self.now - BEGAN)
+        return self.tello.flight.airframe.motion(self.now - BEGAN)
 
     @property
     def state(self) -> FlightState | None:

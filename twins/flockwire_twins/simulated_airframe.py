@@ -19,8 +19,8 @@ class Wear(NamedTuple):
     rotors: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
 
 
-class SimulatedAirframe(Protocol):
-    """One simulated airframe; times are Unix ns."""
+class Body(Protocol):
+    """What flies of an airframe."""
 
     @property
     def position(self) -> Vector:
@@ -29,13 +29,6 @@ class SimulatedAirframe(Protocol):
     @property
     def orientation(self) -> tuple[float, float, float, float]:
         """Its orientation: a quaternion (x, y, z, w)."""
-
-    @property
-    def in_the_air(self) -> bool:
-        """Whether it flies, lands or falls."""
-
-    def advance(self, now: int) -> None:
-        """Advance to `now`."""
 
     def stop(self) -> None:
         """Stop the motors: in flight it falls."""
@@ -47,8 +40,8 @@ class SimulatedAirframe(Protocol):
         """Set the wind from now on."""
 
 
-class Commanded(SimulatedAirframe, Protocol):
-    """An airframe whose row has no driver: it obeys commands itself."""
+class WearingBody(Body, Protocol):
+    """A body that may be worn, and tells of it."""
 
     @property
     def remark(self) -> str:
@@ -56,6 +49,29 @@ class Commanded(SimulatedAirframe, Protocol):
 
     def wear(self, wear: Wear) -> None:
         """Set what is wrong with it, if its row `wears`."""
+
+
+class SimulatedAirframe(Protocol):
+    """One simulated airframe; times are Unix ns."""
+
+    @property
+    def airframe(self) -> Body:
+        """What flies."""
+
+    @property
+    def in_the_air(self) -> bool:
+        """Whether it flies, lands or falls."""
+
+    def advance(self, now: int) -> None:
+        """Advance to `now`."""
+
+
+class Commanded(SimulatedAirframe, Protocol):
+    """An airframe whose row has no driver: it obeys commands itself."""
+
+    @property
+    def airframe(self) -> WearingBody:
+        """What flies."""
 
     clipped: int  # commands that were too fast
     land_at: int | None  # time of its own landing

@@ -11,7 +11,6 @@ from flockwire_analysis.figures import distances, errors, motion
 from flockwire_analysis.figures.drawing import STYLE, Canvas, Picture
 from flockwire_analysis.figures.graph import graph
 from flockwire_analysis.figures.latency import latency
-from flockwire_analysis.figures.signals import signals
 from flockwire_analysis.figures.trajectories import trajectories
 from flockwire_analysis.recorded import Trace
 
@@ -24,10 +23,11 @@ FIGURES: tuple[Callable[[Canvas], Picture | None], ...] = (
     motion.estimates,
     motion.speeds,
     motion.commands,
+    motion.accelerations,
     distances.between_drones,
     distances.to_obstacles,
     latency,
-    signals,
+    motion.signals,
     graph,
 )
 

@@ -1,4 +1,4 @@
-"""Positions and velocities, axis by axis, each curve with its reference."""
+"""Positions and velocities, axis by axis, each curve with its reference; and the numbers that a law recorded."""
 
 from __future__ import annotations
 
@@ -56,17 +56,27 @@ def commands(canvas: Canvas) -> Picture | None:
     )  # fmt: skip
 
 
+def accelerations(canvas: Canvas) -> Picture | None:
+    """Draw the acceleration that pilots commanded beside the velocity, if any did."""
+    found = {i: canvas.trace.of("command", i) for i in canvas.trace.flying}
+    curves = _series(canvas, {i: one for i, one in found.items() if one.values[:, 3:].any()}, 3)
+    return _axes(
+        canvas, "accelerations", "Commanded accelerations", "m/s²", (r"$a_x$", r"$a_y$", r"$a_z$"), curves, {}, "",
+        "The acceleration that each drone's pilot commanded beside the velocity.",
+    )  # fmt: skip
+
+
 def _at(canvas: Canvas, numbers: tuple[int, ...], quantity: Callable[..., Floats]) -> Curves:
     times = canvas.times()
     return {i: (canvas.seconds(times), quantity(canvas.trace, i, times)) for i in numbers}
 
 
-def _series(canvas: Canvas, found: Mapping[int, Series]) -> Curves:
+def _series(canvas: Canvas, found: Mapping[int, Series], first: int = 0) -> Curves:
     curves = {}
     for number, series in found.items():
         shown = canvas.flight.holds(series.stamps)
         if shown.any():
-            curves[number] = (canvas.seconds(series.stamps[shown]), series.values[shown, :3])
+            curves[number] = (canvas.seconds(series.stamps[shown]), series.values[shown, first : first + 3])
     return curves
 
 
@@ -100,3 +110,25 @@ def _roomy(axes: object, values: list[Floats]) -> None:
     low, high = float(known.min()), float(known.max())
     middle, half = (low + high) / 2.0, max((high - low) * 0.54, 0.1)
     axes.set_ylim(middle - half, middle + half)  # type: ignore[attr-defined]
+
+
+def signals(canvas: Canvas) -> Picture | None:
+    """Draw the law's own signals, a panel for each name."""
+    most = 6  # signals that are drawn
+    names = sorted({name for named in canvas.trace.signals.values() for name in named})[:most]
+    if not names:
+        return None
+    figure, panels = canvas.panels(len(names), 1.0 + 1.2 * len(names))
+    for axes, name in zip(panels, names, strict=True):
+        for number, named in canvas.trace.signals.items():
+            if name in named:
+                times, values = thinned(canvas.seconds(named[name].stamps), named[name].values)
+                sparse = len(times) < 2 or float(np.median(np.diff(times))) > 0.5
+                axes.plot(times, values, "o" if sparse else "-", markersize=2.5, color=canvas.colour(number))
+        axes.set_ylabel(name)
+    figure.align_ylabels(panels)
+    legend(panels[0], canvas.names(canvas.trace.signals), rows=canvas.over_time(panels))
+    caption = (
+        f"Numbers that the law recorded by name, of each follower{f'; the first {most}' if len(names) == most else ''}."
+    )
+    return Picture(canvas.save(figure, "signals"), "The law's signals", caption)

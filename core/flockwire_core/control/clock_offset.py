@@ -67,12 +67,11 @@ class OffsetEstimator:
         if not fitting:
             self._above, self._below, self._replies = {}, {}, 0
             return None
-        room, _, _ = max(fitting)
-        # ns below the largest room of a line that are as likely
-        likely = [(above, below) for has, above, below in fitting if has >= room - 1_000_000]
-        offset = round((max(above for above, _ in likely) + min(below for _, below in likely)) / 2)
-        highest, lowest = max(line[1] for line in fitting), min(line[2] for line in fitting)
-        return Offset(offset, round(max(highest - offset, offset - lowest)))
+        rooms, highest, lowest = zip(*fitting, strict=True)
+        least = max(rooms) - 1_000_000  # ns below the largest room of a line that are as likely
+        _, high, low = zip(*[line for line in fitting if line[0] >= least], strict=True)
+        offset = round((max(high) + min(low)) / 2)
+        return Offset(offset, round(max(max(highest) - offset, offset - min(lowest))))
 
 
 def _lowest(points: Iterable[Point], slope: float, now: int) -> float:

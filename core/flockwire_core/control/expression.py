@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from flockwire_core.domain.frozen import Frozen
+from flockwire_core.domain.record import Frozen
 
 TIME = "t"
 VARIABLES = (TIME, "i", "n")

@@ -9,7 +9,7 @@ from math import hypot, inf
 from flockwire_core.control.barrier import Approach
 from flockwire_core.control.plane_polygon import Corner, clearance, edges, inward_normal, nearest_on_edge
 from flockwire_core.control.safety_filter import HalfSpace
-from flockwire_core.domain.frozen import Frozen
+from flockwire_core.domain.record import Frozen
 from flockwire_core.domain.vector import Vector
 
 

@@ -1,16 +1,30 @@
-"""Formations: each follower's offset h_i(t) from the leader and its rate h_i'(t), by rank 0 … count − 1."""
+"""Formations: each follower's offset h_i(t) from the leader and its rate h_i'(t), by rank 0 … count − 1.
 
-from collections.abc import Callable
+In a change from one formation to another in flight, offsets and their rates stay continuous.
+"""
+
+from __future__ import annotations
+
 from dataclasses import dataclass
-from math import cos, nan, pi, sin
+from math import cos, pi, sin
+from typing import Protocol
 
-from flockwire_core.control.expression import Node, bound, derivative, function_of_time
-from flockwire_core.control.formation_change import FormationChange
-from flockwire_core.control.key_frames import KeyFrames
-from flockwire_core.domain.frozen import Frozen
+from flockwire_core.domain.record import Frozen
 from flockwire_core.domain.vector import Vector
 
-_Axis = Callable[[float], float]
+
+class Formation(Protocol):
+    """The interface of formations."""
+
+    @property
+    def count(self) -> int:
+        """The number of followers."""
+
+    def offset(self, index: int, t: float) -> Vector:
+        """Return h_i in m, world axes, at mission time t in s."""
+
+    def offset_rate(self, index: int, t: float) -> Vector:
+        """Return h_i' in m/s, world axes, at mission time t in s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,41 +135,6 @@ class Polygon(Frozen):
         )
 
 
-class Parametric:
-    """An expression for each axis: h_i(t) = [x, y, z](t, i, n) in m, t >= 0 in s, of rank i = 0 … n − 1, n = `count`.
-
-    `axes` are the trees of x, y and z; h_i' is their derivative. An undefined value is NaN. Raises ExpressionError if
-    the derivative would jump.
-    """
-
-    def __init__(self, count: int, axes: tuple[Node, Node, Node]) -> None:
-        self.count = count
-        self._axes = axes
-        self._rates = tuple(derivative(axis) for axis in axes)
-        self._places: dict[int, tuple[_Axis, ...]] = {}  # x, y, z and their rates, by rank
-
-    def offset(self, index: int, t: float) -> Vector:
-        """Return h_i in m, world axes, at mission time t in s."""
-        x, y, z, _, _, _ = self._places.get(index) or self._place(index)
-        t = max(t, 0.0)
-        return (_worth(x, t), _worth(y, t), _worth(z, t))
-
-    def offset_rate(self, index: int, t: float) -> Vector:
-        """Return h_i' in m/s, world axes, at mission time t in s."""
-        _, _, _, x, y, z = self._places.get(index) or self._place(index)
-        t = max(t, 0.0)
-        return (_worth(x, t), _worth(y, t), _worth(z, t))
-
-    def _place(self, index: int) -> tuple[_Axis, ...]:
-        ranks = {"i": float(index), "n": float(self.count)}
-        place = tuple(function_of_time(bound(tree, ranks)) for tree in (*self._axes, *self._rates))
-        self._places[index] = place
-        return place
-
-
-Formation = Circle | Line | Grid | Polygon | KeyFrames | Parametric | FormationChange
-
-
 def _turned(place: tuple[float, float], angle: float) -> Vector:
     x, y = place
     c, s = cos(angle), sin(angle)
@@ -167,8 +146,65 @@ def _turned_rate(place: tuple[float, float], angle: float, rate: float) -> Vecto
     return (-rate * y, rate * x, 0.0)
 
 
-def _worth(axis: _Axis, t: float) -> float:
-    try:
-        return axis(t)
-    except (ValueError, ArithmeticError):
-        return nan
+def blend(s: float) -> float:
+    """Return sigma, the weight of the new formation, at the share s in [0, 1] of the change.
+
+        sigma(s) = s^3 (10 − 15 s + 6 s^2)        (ours)
+
+    sigma' and sigma'' are 0 at both ends.
+    """
+    return s * s * s * (10.0 + s * (6.0 * s - 15.0))
+
+
+def blend_rate(s: float) -> float:
+    """Return d sigma / ds = 30 s^2 (1 − s)^2, at most 1.875."""
+    return 30.0 * s * s * (1.0 - s) * (1.0 - s)
+
+
+@dataclass(frozen=True, slots=True)
+class FormationChange(Frozen):
+    """From `before` to `after`, from mission time `begin` on, for `duration` s; both formations' time continues.
+
+        h_i = (1 − sigma) a_i + sigma b_i,     sigma = sigma((t − begin) / duration)        (ours)
+
+    a_i is the offset of rank `places_before[i]` in `before`, b_i that of rank `places[i]` in `after`.
+    """
+
+    before: Formation
+    places_before: tuple[int, ...]
+    after: Formation
+    places: tuple[int, ...]
+    begin: float
+    duration: float
+
+    @property
+    def count(self) -> int:
+        """The number of followers."""
+        return len(self.places)
+
+    def offset(self, index: int, t: float) -> Vector:
+        """Return h_i in m, world axes, at mission time t in s."""
+        s = (t - self.begin) / self.duration
+        if s >= 1.0:
+            return self.after.offset(self.places[index], t)
+        a = self.before.offset(self.places_before[index], t)
+        if s <= 0.0:
+            return a
+        b, sigma = self.after.offset(self.places[index], t), blend(s)
+        return (a[0] + sigma * (b[0] - a[0]), a[1] + sigma * (b[1] - a[1]), a[2] + sigma * (b[2] - a[2]))
+
+    def offset_rate(self, index: int, t: float) -> Vector:
+        """Return h_i' in m/s, world axes, at mission time t in s."""
+        s = (t - self.begin) / self.duration
+        if s >= 1.0:
+            return self.after.offset_rate(self.places[index], t)
+        ra = self.before.offset_rate(self.places_before[index], t)
+        if s <= 0.0:
+            return ra
+        a, b = self.before.offset(self.places_before[index], t), self.after.offset(self.places[index], t)
+        rb, sigma, rate = self.after.offset_rate(self.places[index], t), blend(s), blend_rate(s) / self.duration
+        return (
+            ra[0] + sigma * (rb[0] - ra[0]) + rate * (b[0] - a[0]),
+            ra[1] + sigma * (rb[1] - ra[1]) + rate * (b[1] - a[1]),
+            ra[2] + sigma * (rb[2] - ra[2]) + rate * (b[2] - a[2]),
+        )

@@ -1,10 +1,10 @@
 """Who receives from whom: the directed communication graph; leaders are its roots."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from math import inf
 
-from flockwire_core.domain.frozen import Frozen
+from flockwire_core.domain.record import Frozen
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,20 +24,8 @@ class Graph(Frozen):
         nodes = {*self.leaders, *self.followers}
         if len(nodes) != len(self.followers) + len(self.leaders):
             raise ValueError(f"followers = {self.followers}, leaders = {self.leaders}: all ids must differ")
-        seen: set[tuple[int, int]] = set()
-        for source, target, weight in self.edges:
-            name = f"edge {source} -> {target}"
-            if source not in nodes or target not in nodes:
-                raise ValueError(f"{name}: both ends must be a leader or a follower")
-            if target in self.leaders:
-                raise ValueError(f"{name}: a leader has no in-neighbours")
-            if source == target:
-                raise ValueError(f"{name}: a drone is not its own neighbour")
-            if (source, target) in seen:
-                raise ValueError(f"{name}: listed twice")
-            if not 0.0 < abs(weight) < inf:
-                raise ValueError(f"{name}: weight = {weight} must be finite and not 0")
-            seen.add((source, target))
+        for place, rule in edge_problems(self.followers, self.leaders, self.edges):
+            raise ValueError(f"edge {self.edges[place][0]} -> {self.edges[place][1]}: {rule}")
 
     def neighbours(self, i: int) -> dict[int, float]:
         """Return the in-neighbours N_i of follower i as {j: w_ij}; a leader 0 is in it iff a_i0 > 0."""
@@ -60,10 +48,7 @@ class Graph(Frozen):
         """Return two followers so that links between followers do not lead from the first to the second, else None."""
         if not self.followers:
             return None
-        links, first = (
-            [(source, target) for source, target, _ in self.edges if source not in self.leaders],
-            self.followers[0],
-        )
+        first, links = self.followers[0], [edge[:2] for edge in self.edges if edge[0] not in self.leaders]
         onwards, back = _depths((first,), links), _depths((first,), ((target, source) for source, target in links))
         for i in self.followers:
             if i not in onwards:
@@ -71,6 +56,24 @@ class Graph(Frozen):
             if i not in back:
                 return i, first
         return None
+
+
+def edge_problems(
+    followers: tuple[int, ...], leaders: tuple[int, ...], edges: Sequence[tuple[int, int, float]]
+) -> Iterator[tuple[int, str]]:
+    """Yield the place of each edge that cannot be in a graph, and why."""
+    known, seen = {*followers, *leaders}, set[tuple[int, int]]()
+    for place, (source, target, weight) in enumerate(edges):
+        broken = {
+            f"there is no drone {source}": source not in known,
+            f"there is no drone {target}": target not in known,
+            "a leader has no in-neighbours": target in leaders,
+            "a drone is not its own neighbour": source == target,
+            "this edge appears twice": (source, target) in seen,
+            f"weight = {weight} must be finite and not 0": not 0.0 < abs(weight) < inf,
+        }
+        seen.add((source, target))
+        yield from ((place, rule) for rule, is_so in broken.items() if is_so)
 
 
 def _depths(roots: tuple[int, ...], links: Iterable[tuple[int, int]]) -> dict[int, int]:

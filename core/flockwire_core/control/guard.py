@@ -76,6 +76,7 @@ class Guard:
         self._asked = ((drone, _FIXED, inf), (obstacle, _FIXED, descent), (obstacle, _MOVER, inf))
         self.is_cornered = False  # no velocity within the limits satisfies what a mover asks
         self.cornered = 0  # how often it came to that
+        self.is_held = self.is_held_by_fixed = False  # whether a constraint, one of what is fixed, holds the velocity
 
     def velocity(
         self,
@@ -95,18 +96,17 @@ class Guard:
         before this one, `dt` s ago; `speed` the current limit; `grounding` during take-off and landing: no floor.
         """
         own = self._parameters
-        speed = min(speed, self._fastest)
+        speed, change = min(speed, self._fastest), own.acceleration * dt
+        floor, recovery, lowest = own.floor, inf, -inf
         if grounding:
             above = max(motion.stopping[2] - own.floor, 0.0)
             speed = min(speed, own.vertical_speed + TOUCHING + self._rate * above)
+            floor, recovery = own.room.low[2], own.vertical_speed  # a landing flies back no faster than it descends
+            lowest = min(-own.vertical_speed - TOUCHING, last[2] + change)
         seen = limit(wanted, own.sight_speed(max(now - stamp, 0) / SECOND))
         approach = Approach(last, max(speed, norm(last)), self._rate, own.acceleration)
         spaces, ranks = self._bodies(motion, bodies, (now - stamp) / SECOND, approach)
-        floor = own.room.low[2] if grounding else own.floor
-        recovery = own.vertical_speed if grounding else inf  # a landing must not fly back at full speed, but descend
         spaces += own.room.half_spaces(motion.position, motion.stopping, floor, approach, recovery)
-        change = own.acceleration * dt
-        lowest = min(-own.vertical_speed - TOUCHING, last[2] + change) if grounding else -inf
         if grounding:  # the ground may be nearer than the pose has it
             spaces.append((0.0, 0.0, 1.0, lowest))
         ranks += [_FIXED] * (len(spaces) - len(ranks))
@@ -118,6 +118,10 @@ class Guard:
             v = _compromise(seen, spaces, ranks, movers + limits, approach, speed, change)
         x, y, z = v = limit((v[0], v[1], max(v[2], lowest)), approach.speed)
         was = self.is_cornered
+        held = [
+            rank for (nx, ny, nz, b), rank in zip(spaces, ranks, strict=True) if nx * x + ny * y + nz * z < b + _TOUCHES
+        ]
+        self.is_held, self.is_held_by_fixed = bool(held), _FIXED in held
         self.is_cornered = violation > 0.0 and any(nx * x + ny * y + nz * z < b - _TOUCHES for nx, ny, nz, b in movers)
         self.cornered += self.is_cornered and not was
         return v

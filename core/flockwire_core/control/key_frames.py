@@ -8,7 +8,7 @@ from functools import lru_cache
 from itertools import count
 from math import isfinite
 
-from flockwire_core.domain.frozen import Frozen
+from flockwire_core.domain.record import Frozen
 from flockwire_core.domain.vector import ZERO, Vector
 
 HEADER = ["t", "drone", "x", "y", "z"]
@@ -91,7 +91,8 @@ def parse_key_frames(text: str) -> KeyFrames:
         missing = next(drone for drone in count(1) if drone not in frames)
         raise ValueError(f"drone = {max(frames)} has key frames, drone = {missing} none: ranks must have no gap")
     columns = [tuple(zip(*frames[drone], strict=True)) for drone in sorted(frames)]
-    return KeyFrames(tuple(times for times, _ in columns), tuple(places for _, places in columns))
+    times, places = zip(*columns, strict=True)
+    return KeyFrames(times, places)
 
 
 def _lines(text: str) -> Iterator[tuple[int, list[str]]]:

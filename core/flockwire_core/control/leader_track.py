@@ -13,17 +13,6 @@ from flockwire_core.domain.motion import LeaderMotion
 from flockwire_core.domain.vector import ZERO, Vector
 
 
-def leader_time_constant(depth: int) -> float:
-    """Return the time constant T, s, of the tracker of the leader's velocity for a swarm of `depth` hops.
-
-        T = max(0.15 s + 0.01 s · depth, 0.022 s · depth)        (ours)
-
-    The deepest drone extrapolates the longest, so noise has most effect there; a slower tracker is later in turns.
-    Beyond 12 hops T is a share of the age: the noise of the deepest estimate stays below twice that of the first.
-    """
-    return max(0.15 + 0.01 * depth, 0.022 * depth)
-
-
 class LeaderTrack:
     """The leader's motion from its poses: a fast tracker for position, a slow one for velocity and acceleration.
 

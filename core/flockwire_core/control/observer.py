@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import copysign
 
-from flockwire_core.domain.frozen import Frozen
 from flockwire_core.domain.motion import LeaderMotion
+from flockwire_core.domain.record import Frozen
 from flockwire_core.domain.vector import Vector
 
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from math import hypot
 
-from flockwire_core.domain.frozen import Frozen
+from flockwire_core.domain.record import Frozen
 from flockwire_core.domain.vector import Vector
 
 

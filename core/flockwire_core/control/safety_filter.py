@@ -17,11 +17,7 @@ _RELAXED: Final = 4e-12  # m/s by which a kept half-space is relaxed for roundin
 
 
 def nearest_velocity(
-    wanted: Vector,
-    half_spaces: Sequence[HalfSpace],
-    radius: float,
-    centre: Vector = ZERO,
-    ranks: Sequence[int] = (),
+    wanted: Vector, half_spaces: Sequence[HalfSpace], radius: float, centre: Vector = ZERO, ranks: Sequence[int] = ()
 ) -> tuple[Vector, float]:
     """Return the velocity v, m/s, and the largest violation t >= 0, m/s, that it could not avoid.
 

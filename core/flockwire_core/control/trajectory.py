@@ -10,7 +10,7 @@ from itertools import pairwise
 from math import cos, sin
 
 from flockwire_core.control.key_frames import KeyFrames
-from flockwire_core.domain.frozen import Frozen
+from flockwire_core.domain.record import Frozen
 from flockwire_core.domain.vector import ZERO, Vector, add, distance, norm, scale, subtract
 
 LOOKS = 6  # parts of a span of key frames, between which its speed is looked at

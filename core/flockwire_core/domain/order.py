@@ -4,14 +4,7 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
-MISSION_VERBS = (
-    "prepare",
-    "takeoff",
-    "start",
-    "formation",
-    "hold",
-    "land",
-)  # "prepare" names the drones that are left out
+MISSION_VERBS = ("prepare", "takeoff", "start", "formation", "hold", "land")  # "prepare" names drones that are left out
 IN_FORMATION: Final = ("start", "formation")  # "formation" is "start", but only for drones in the air
 LONGEST_CHANGE = 600.0  # s
 MOST_VERSIONS = 16  # orders that one message names

@@ -27,11 +27,7 @@ def rotate(q: Quaternion, v: Vector) -> Vector:
     a = y * v[2] - z * v[1] + w * v[0]
     b = z * v[0] - x * v[2] + w * v[1]
     c = x * v[1] - y * v[0] + w * v[2]
-    return (
-        v[0] + 2.0 * (y * c - z * b),
-        v[1] + 2.0 * (z * a - x * c),
-        v[2] + 2.0 * (x * b - y * a),
-    )
+    return (v[0] + 2.0 * (y * c - z * b), v[1] + 2.0 * (z * a - x * c), v[2] + 2.0 * (x * b - y * a))
 
 
 def conjugate(q: Quaternion) -> Quaternion:

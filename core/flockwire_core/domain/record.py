@@ -1,4 +1,4 @@
-"""Records: the immutable values of the 100 Hz path.
+"""Records, the immutable values of the 100 Hz path, and the base of frozen dataclasses that are compiled.
 
 A named tuple holds objects, also of each float, and is asked for them by name. A record's fields are declared in its
 constructor: compiled (hatch_build.py) it is one C structure, in which a vector is three doubles.
@@ -6,6 +6,7 @@ constructor: compiled (hatch_build.py) it is one C structure, in which a vector 
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import Any, ClassVar, Self
 
 from flockwire_core.compiling import mypyc_attr
@@ -39,3 +40,13 @@ class Record:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), self.fields()
+
+
+class Frozen:
+    """Copies and pickles by the constructor: a compiled frozen dataclass cannot be filled in afterwards."""
+
+    __slots__: ClassVar[tuple[str, ...]] = ()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        given = [field.name for field in fields(self) if field.init]  # type: ignore[arg-type]
+        return type(self), tuple([getattr(self, name) for name in given])

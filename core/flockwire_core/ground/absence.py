@@ -37,7 +37,7 @@ def consequences(swarm: Swarm, without: tuple[int, ...]) -> Iterator[str]:
     for i in left.followers:
         lost = [uav(j) for j in swarm.topology.neighbours(i) if j in without]
         if lost:
-            kept = ", ".join(uav(j) for j in left.neighbours(i))
+            kept = ", ".join(map(uav, left.neighbours(i)))
             yield f"{uav(i)} loses {', '.join(lost)} and receives only from {kept}"
     if swarm.sole_leader is None:
         return

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from itertools import filterfalse
 
 from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.domain.time import SECOND
@@ -121,15 +122,15 @@ class StopDelivery(OrderDelivery):
 
     def _confirmed(self, fleet: Fleet, since: int) -> Answer | None:
         """Return the answer once all motors are known to be off, or the time for that is over."""
-        missing = tuple(uav(i) for i in self._plan.pilots if not fleet.received_stop(i))
-        received = tuple(uav(i) for i in self._plan.pilots if fleet.received_stop(i))
-        turning = [uav(i) for i in self._plan.pilots if uav(i) in received and not fleet.has_stopped(i)]
-        # ns for a drone's state to show that its motors are off
-        if (missing or turning) and since < (ANSWER_TIME if missing else DOWN_TIME):
+        received = tuple(filter(fleet.received_stop, self._plan.pilots))
+        missing = tuple(map(uav, filterfalse(fleet.received_stop, self._plan.pilots)))
+        turning = tuple(map(uav, filterfalse(fleet.has_stopped, received)))
+        if since < (ANSWER_TIME if missing else DOWN_TIME if turning else 0):
             return None
-        late = f"sent, but not confirmed by {', '.join(missing)}; " if missing else ""
+        answer = Answer(tuple(map(uav, received)), missing)
+        late = f"{answer.failure}; " if missing else ""
         told = f"{late}received by {', '.join(turning)}, not known to be down yet"
-        return Answer(received, missing, told if turning else "")
+        return answer._replace(refusal=told) if turning else answer
 
 
 class DownDelivery(OrderDelivery):
@@ -238,7 +239,6 @@ class StartDelivery(ChangeDelivery):
         if director.failure or (order is not None and order.verb in ENDING):
             hover = "; the others stay in the air: `flockwire land` lands them" if fleet.flies else ""
             self.answer = Answer(refusal=director.failure + hover) if director.failure else overtaken(director.ordered)
-        # ns for all starting drones to be ready
         elif director.stage is Stage.PREPARING and since >= LOOK_TIME + READY_TIME:
             why = "; ".join(director.unready(fleet))
             self.answer = Answer(refusal=f"not ready: {why} (`--without ID` flies without a drone)")

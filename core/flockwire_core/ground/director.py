@@ -39,6 +39,7 @@ class Stage(StrEnum):
     OVER = "over"
 
 
+LOST = {Stage.TAKING_OFF: "did not take off", Stage.FLYING: "left the formation"}  # what a lost drone did
 UNDER_WAY = (Stage.TAKING_OFF, Stage.FLYING)
 
 
@@ -174,8 +175,7 @@ class Director:
                 self.stage, self._since = Stage.FLYING, now  # the last drone joined the others
         lost = self._lost.first(fleet, self.stage is Stage.TAKING_OFF)
         if lost is not None:
-            what = "left the formation" if self.stage is Stage.FLYING else "did not take off"
-            return self.abort(f"{fleet.pilots[lost]} {what}: {reason_of_loss(fleet, lost)}", now)
+            return self.abort(f"{fleet.pilots[lost]} {LOST[self.stage]}: {reason_of_loss(fleet, lost)}", now)
         over = self.stage is Stage.FLYING and 0 < self._duration <= now - self._took_off
         return self.land(now) if over else None
 

@@ -9,7 +9,7 @@ from flockwire_core.control.assignment import assignment
 from flockwire_core.domain.order import Change, Mission
 from flockwire_core.domain.time import SECOND
 from flockwire_core.ground.fleet import Fleet
-from flockwire_core.swarm.model import Swarm
+from flockwire_core.swarm.model import Swarm, uav
 
 OVER = 1.0  # s, duration of the change that has ended at the formation's time 0
 
@@ -25,8 +25,7 @@ def with_first_places(order: Mission, swarm: Swarm, fleet: Fleet) -> Mission:
     if swarm.formation_table(order.formation).assignment != "free":
         return order
     ranks = [rank for rank, drone in enumerate(followers) if drone not in order.without]
-    reports = [fleet.fresh[followers[rank]].report for rank in ranks if followers[rank] in fleet.fresh]
-    here = [report.position for report in reports if report.position is not None]
+    here = [place for rank in ranks if (place := fleet.position(uav(followers[rank]))) is not None]
     if len(here) < len(ranks):
         return order
     formation = swarm.build_formation(order.formation)

@@ -28,11 +28,7 @@ class Fleet:
     """
 
     def __init__(
-        self,
-        pilots: Mapping[int, str],
-        statuses: Mapping[str, Status],
-        telemetry: Mapping[int, Telemetry],
-        now: int,
+        self, pilots: Mapping[int, str], statuses: Mapping[str, Status], telemetry: Mapping[int, Telemetry], now: int
     ) -> None:
         self.pilots, self.now = pilots, now
         self._telemetry, self._statuses = telemetry, statuses

@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockwire_core.control.assignment import assignment
-from flockwire_core.control.formation import Formation
-from flockwire_core.control.formation_change import blend, blend_rate
+from flockwire_core.control.formation import Formation, blend, blend_rate
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector, add, subtract
 from flockwire_core.parameters import guard_parameters
+from flockwire_core.swarm.formation_rules import survey_of
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.swarm.wording import beside
 
@@ -56,7 +56,7 @@ class Rehearsal:
         disturbance = swarm.control.disturbance if self._guards else 0.0  # commands compensate it
         self._beside = f" and control.disturbance = {disturbance:g} m/s" if disturbance else ""
         self._speed = swarm.limits.speed - swarm.leader_speed - disturbance
-        flown = max(swarm.survey(each).max_speed for each in (running.formation, name))
+        flown = max(survey_of(swarm, each).max_speed for each in (running.formation, name))
         sight = min((guard.fastest for guard in self._guards), default=0.0) - swarm.leader_speed
         # times the speed of either formation, up to which a change is not too fast for sensing
         self._sight = max(sight, 1.25 * flown)  # m/s, of h'

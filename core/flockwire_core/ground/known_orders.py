@@ -8,6 +8,7 @@ from flockwire_core.ground.fleet import Fleet
 from flockwire_core.pilot.orders import rank
 
 PATIENCE = 4 * SECOND  # ns for an order that a pilot obeys to be in the log, too: longer than a network's delay
+EMPTY = Mission(0, "", "")  # the log without an order
 UNKNOWN = "a hold or a landing"  # one that another order has replaced since
 
 
@@ -23,9 +24,8 @@ class KnownOrders:
         self.started: Mission | None = None  # the newest of those that fly a formation
         self.since = asked
         self._giver, self._asked, self._last = giver, asked, 0
-        self._log: Mission | None = None  # as read last
+        self._log: Mission | None = None  # as read last, EMPTY without an order; None before the first reading
         self._made_from: Version | None = None  # the order in force when the own one was made
-        self._has_read = False
         self._unclear: dict[int, int] = {}  # drones whose pilots obey an order that is not in the log, since when
 
     @property
@@ -42,15 +42,17 @@ class KnownOrders:
         age = fleet.order_age
         if age is None:
             return ""
-        log, was, self._log = fleet.mission(), self._log, fleet.mission()
-        had_read, self._has_read = self._has_read, True
-        if log is None or (was is not None and log.number <= was.number):
-            return ""
-        if not had_read:
-            late = fleet.now - nanoseconds(age) > self._asked
-            return log.verb if rank(log) and late and log.giver != self._giver else ""
-        known: tuple[Version, ...] = was.downs if was is not None else ()
-        if all(version in known or version.giver == self._giver for version in log.downs):
+        was, self._log = self._log, fleet.mission() or EMPTY
+        log = self._log
+        if was is not None:
+            return self._news(log, was)
+        late = fleet.now - nanoseconds(age) > self._asked
+        return log.verb if rank(log) and late and log.giver != self._giver else ""
+
+    def _news(self, log: Mission, was: Mission) -> str:
+        """Return as `read` does, for a `log` that is not read for the first time."""
+        mine = all(version in was.downs or version.giver == self._giver for version in log.downs)
+        if log.number <= was.number or mine:
             return ""
         return log.verb if rank(log) else UNKNOWN
 

@@ -13,7 +13,7 @@ from typing import Any, Final
 from flockwire_core.domain.law_message import LawMessage
 from flockwire_core.domain.time import SECOND
 from flockwire_core.law import Heard, Pace
-from flockwire_core.pilot.presence import Presence
+from flockwire_core.pilot.sight import Presence
 from flockwire_core.wire.cdr import MessageError
 from flockwire_core.wire.law_form import LawForm
 

@@ -101,8 +101,7 @@ class Neighbourhood:
 
     def _jumps(self, leader: Neighbour, pose: Pose) -> bool:
         elapsed = pose.stamp - leader.stamp
-        # ns in which its status tells whether a jump is its own
-        if leader.position is None or not 0 <= elapsed < 2 * SECOND // 5:
+        if leader.position is None or not 0 <= elapsed < 2 * SECOND // 5:  # ns: later its status tells of a jump
             return False
         reach = JUMP + 2.0 * self._speed * min(elapsed, JUMP_TIME) / SECOND
         return distance(leader.position, pose.position) > reach
@@ -135,6 +134,11 @@ class Neighbourhood:
             found = self.agreement.kept(found, now)
         elif self.agreement.contradicted:
             self.agreement.forget()
+        self._follow(found, now)
+        return found
+
+    def _follow(self, found: list[Heard], now: int) -> None:
+        """Update the leader's state by the valid estimates."""
         down = False
         for estimate in found:
             j = estimate.number
@@ -147,7 +151,6 @@ class Neighbourhood:
             self.leading = Leading.IS_DOWN
         if self._leader is not None and self._leader in self._neighbours:
             self.leading = self._leading(self._neighbours[self._leader], now)
-        return found
 
     def _leading(self, leader: Neighbour, now: int) -> Leading:
         """Return the state in the leader's own status, or by the pose of a carried one; if that is old, it is down."""

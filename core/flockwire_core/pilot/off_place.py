@@ -9,6 +9,7 @@ from flockwire_core.control.fence import Room
 from flockwire_core.domain.body import Body, Separation, stands
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector, subtract
+from flockwire_core.pilot.phases import began
 from flockwire_core.swarm.tables import Checks
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import Reason, Report
@@ -68,9 +69,9 @@ class OffPlace:
         """
         off, found = placeless is None and error > self._within, []
         self._settled = self._settled or (placeless is None and 0.0 <= error <= self._within)
-        self._off_since = (self._off_since or now) if off else 0
+        self._off_since = began(self._off_since, off, now)
         held = _towards_wall(self._room, position, subtract(wanted, given))
-        self._held_since = (self._held_since or now) if held else 0
+        self._held_since = began(self._held_since, held, now)
         longest = self._off_limit if self._settled else self._settling_limit
         if held and now - self._held_since >= HELD_FOR:
             found.append(AT_THE_FENCE)
@@ -83,8 +84,7 @@ class OffPlace:
 
 def _towards_wall(room: Room, position: Vector, lacking: Vector) -> bool:
     """Return whether `lacking` (m/s) leads towards a near wall."""
-    # m from a wall within which the fence may hold a drone
-    return hypot(*lacking) > HELD_BACK and any(
-        gap < 0.5 and sum(n * v for n, v in zip(outwards, lacking, strict=True)) > HELD_BACK
-        for gap, outwards in room.sides(position)
-    )
+    if hypot(*lacking) <= HELD_BACK:
+        return False
+    near = [outwards for gap, outwards in room.sides(position) if gap < 0.5]  # m: the fence may hold a drone there
+    return any(sum(n * v for n, v in zip(outwards, lacking, strict=True)) > HELD_BACK for outwards in near)

@@ -10,8 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from flockwire_core.control.formation import Formation
-from flockwire_core.control.formation_change import FormationChange
+from flockwire_core.control.formation import Formation, FormationChange
 from flockwire_core.domain.order import MOST_VERSIONS, Mission, Version
 from flockwire_core.domain.time import SECOND
 
@@ -52,24 +51,32 @@ class Orders:
 
     def take(self, order: Mission, now: int) -> bool:
         """Receive `order` at `now` (Unix ns); returns whether another one is in force."""
-        if order.number > self.number:
-            self._logged = order
-            self._drop(order.downs)
-        elif order.number and self._logged is not None and order.number == self._logged.number:
-            self._correct(order, self._logged)
+        if not self._receive(order):
             return False
-        elif order.number or not rank(order) or self._has(order):
-            return False
-        else:
-            self._unnumbered[order.version] = interrupting(order, self.mission)
-            if len(self._unnumbered) > MOST_VERSIONS:
-                del self._unnumbered[next(iter(self._unnumbered))]
         self.taken = now
         was, found = self.mission, self._logged
         for other in self._unnumbered.values():
             found = other if rank(other) >= rank(found) else found
         self.mission = found
         return found is not None and (was is None or found.version != was.version)
+
+    def _receive(self, order: Mission) -> bool:
+        """Note `order`; return whether it is new, of the log or one that the log has not numbered."""
+        logged = self._logged
+        if order.number > self.number:
+            self._logged = order
+            self._drop(order.downs)
+            return True
+        if order.number:
+            if logged is not None and order.number == logged.number:
+                self._correct(order, logged)
+            return False
+        if not rank(order) or self._has(order):
+            return False
+        self._unnumbered[order.version] = interrupting(order, self.mission)
+        if len(self._unnumbered) > MOST_VERSIONS:
+            del self._unnumbered[next(iter(self._unnumbered))]
+        return True
 
     def _correct(self, repeated: Mission, logged: Mission) -> None:
         """Take over the start of the repeated order: the own clock may have been corrected since it came."""

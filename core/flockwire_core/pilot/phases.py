@@ -97,6 +97,11 @@ def command_stamp(pose: Pose | None, now: int, stale_after: float) -> int:
     return max(pose.stamp, oldest) if pose is not None else oldest
 
 
+def began(before: int, holds: bool, now: int) -> int:
+    """Return when what `holds` at `now` began: then if it did not hold `before` (0), 0 while it does not hold."""
+    return (before or now) if holds else 0
+
+
 def age(stamp: int, now: int) -> float:
     """Return the age in s of the stamp `stamp`, NEVER for 0 (none yet)."""
     return (now - stamp) / SECOND if stamp else NEVER

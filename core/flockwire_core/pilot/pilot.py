@@ -6,9 +6,8 @@ A follower's agent and the flying leader use it; only the desired velocity in fo
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, Final
+from typing import Any, Final, cast
 
-from flockwire_core.control.airframe.disturbance import DisturbedAirframe
 from flockwire_core.control.airframe.state import LEVEL, VERTICAL, WHOLE, AirframeState
 from flockwire_core.control.free_place import is_above, is_beneath
 from flockwire_core.control.guard import Guard
@@ -18,10 +17,11 @@ from flockwire_core.domain.motion import Motion
 from flockwire_core.domain.order import Stop
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND, nanoseconds
-from flockwire_core.domain.vector import ZERO, Vector, add, distance, limit, scale, subtract
+from flockwire_core.domain.vector import ZERO, Vector, distance, limit, scale, subtract
+from flockwire_core.objects import load_object
 from flockwire_core.parameters import PilotParameters
 from flockwire_core.pilot.off_place import OffPlace, no_place
-from flockwire_core.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, age, command_stamp
+from flockwire_core.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, age, began, command_stamp
 from flockwire_core.pilot.place import CROWDED, Place
 from flockwire_core.pilot.reactions import BLIND, SILENT, SLOW, Reactions
 from flockwire_core.pilot.surroundings import Surroundings
@@ -35,6 +35,7 @@ from flockwire_core.wire.status import CORNERED, Reason, Report, counted
 NO_TELEMETRY: Final = Telemetry(0, "", FlightState.GROUNDED, 1.0, 0.0, -1.0)  # before the first
 AIRBORNE: Final = frozenset({FlightState.FLYING, FlightState.LANDING})
 NO_WAY: Final = Reason(CORNERED, "no velocity within its limits avoids a person", "keep persons away from it")
+DISTURBED: Final = "flockwire_core.control.airframe.disturbance:DisturbedAirframe"  # which few swarms have
 DRIVER_LOST = 10.0  # s of silence after which a driver counts as dead
 LEARNED: Final = {Phase.TAKEOFF: LEVEL, Phase.HOLD: WHOLE, Phase.FORMATION: WHOLE, Phase.LANDING: WHOLE}
 
@@ -43,8 +44,8 @@ class Pilot:
     """Flies one drone, started at `now` (Unix ns). Each step is one `observe`, then one `command`.
 
     Between the two, `motion` (None while the pose is stale), `bodies` (nearby, relative to it), `stamp` (Unix ns, of
-    the command), `dt` (s since the last step) and the phase of `flight` are valid. With `parameters.guard` the safety
-    filter limits every command in flight; without it (law "paper") commands are not filtered.
+    the command), `dt` (s since the last step) and the phase of `flight` are valid. If `parameters.filtered`, the safety
+    filter limits every command in flight; else (law "paper") commands are not filtered.
     """
 
     def __init__(self, parameters: PilotParameters, now: int) -> None:
@@ -59,14 +60,14 @@ class Pilot:
         self.bodies: Sequence[Body] = ()
         self.stamp, self.dt = now, 0.0
         self._command_key = Key("command", uav(number))
-        self._guard = Guard(parameters.guard) if parameters.guard is not None else None
-        self._off_place = OffPlace(parameters.room, parameters.checks)
+        self._guard = Guard(parameters.guard) if parameters.filtered else None
+        self._off_place = OffPlace(parameters.guard.room, parameters.checks)
         self._wanted = ZERO  # m/s, by the law, at the last command
         self.sent = ZERO  # m/s, the last command as filtered
         self.accelerates = False  # whether commands in formation say how they change
-        self.counts_filtered = False  # whether the next two are counted
-        self.filtered = 0  # commands of the formation phase that the safety filter changed
-        self.commanded = 0  # all of them
+        self.commanded = 0  # steps of the formation phase with the safety filter
+        self.filtered = 0  # those in which it changed the command, but for its limits of speed and acceleration
+        self.conflicts = 0  # of those, in which it did so for drones and people alone
         self._airframe = _make_airframe(parameters)
         self._body = TrackedBody(parameters, self._airframe, now)
         self._surroundings = Surroundings(parameters.sensing, parameters.obstacles)
@@ -119,12 +120,15 @@ class Pilot:
                 self.motion = motion = self._measure(pose, phase, now)
                 self._body.stops = distance(motion.position, motion.stopping)
                 if self._guard is not None and phase in IN_FLIGHT:
-                    self.bodies = self._guard.tracked(motion, self.bodies, self._surroundings.stamp or self.stamp)
+                    self.bodies = self._guard.tracked(motion, self.bodies, self._sensed_at)
         if now >= self._body.due:
             self._body.look(self.motion, self._telemetry, phase, now)
-            if self._body.drifted:
-                self._airframe.reset()  # it is what the false body seemed to drift
         return phase
+
+    @property
+    def _sensed_at(self) -> int:
+        """When the bodies were seen, Unix ns."""
+        return self._surroundings.stamp or self.stamp
 
     def command(self, wanted: Vector, now: int) -> list[tuple[Key, Message]]:
         """Return the command to publish at `now` (Unix ns); `wanted` (m/s) is used only in the formation phase.
@@ -140,11 +144,10 @@ class Pilot:
         velocity = self._velocity(wanted, motion, now) if motion is not None else self._blind_velocity(now)
         last, acceleration = self._airframe.last_command, ZERO
         forms = motion is not None and self.flight.phase is Phase.FORMATION
-        if forms and self.counts_filtered and self._guard is not None:
-            change = self._limits.acceleration * self.dt
+        if forms and self._guard is not None:
             self.commanded += 1
-            # m/s: a command differs less from the law's, but for the limit on its change
-            self.filtered += distance(velocity, add(last, limit(subtract(wanted, last), change))) > 1e-3
+            self.filtered += self._guard.is_held
+            self.conflicts += self._guard.is_held and not self._guard.is_held_by_fixed
         if forms and self.accelerates and self.dt > 0.0:
             acceleration = scale(subtract(velocity, last), 1.0 / self.dt)
         self.sent = velocity
@@ -158,20 +161,20 @@ class Pilot:
 
         `place` is that in the formation, m, None if unknown.
         """
-        pose, telemetry, flight = self._body.last, self._telemetry, self.flight
+        telemetry, flight = self._telemetry, self.flight
         counts = counted(("poses refused", self._body.refused))
         if self._guard is not None and self._guard.cornered:
             counts = (*counts, (CORNERED, self._guard.cornered))
         return Report(
             flight.phase, flight.reason.text, formation_error,
-            shown(age(pose.stamp, now)) if pose is not None else -1.0,
+            shown(age(self._body.seen, now)),
             estimate_age,
             shown(age(self._surroundings.stamp, now)),
             shown(age(telemetry.stamp, now)),
             telemetry.battery if telemetry.stamp else -1.0,
             flight.mission,
             counts=counts,
-            position=pose.position if pose is not None else None,
+            position=self._body.place,
             unnumbered=flight.orders.unnumbered,
             order_age=flight.orders.age(now),
             reasons=tuple(self._reasons(now, formation_error, place)),
@@ -180,32 +183,32 @@ class Pilot:
 
     def _reasons(self, now: int, formation_error: float, place: Vector | None) -> Iterator[Reason]:
         """Yield what else the status reports, besides the reason of the phase."""
-        phase, motion, guard = self.flight.phase, self.motion, self._guard
-        if phase is not Phase.FORMATION or motion is None:
+        phase, guard = self.flight.phase, self._guard
+        motion = self.motion if phase is Phase.FORMATION else None
+        if motion is None:
             self._off_place.forget()
         if self._body.why:
             yield foreign(self._body.why)
-        elif phase is Phase.FORMATION and motion is not None:
-            room, given = self._parameters.room, self._airframe.last_command
+        elif motion is not None:
+            own, given = self._parameters.guard, self._airframe.last_command
             taken = None
             if place is not None:
-                taken = no_place(place, motion.position, self.bodies, self._parameters.separation, room)
+                taken = no_place(place, motion.position, self.bodies, own.separation, own.room)
             yield from self._off_place.reasons(formation_error, motion.position, self._wanted, given, now, taken)
         if guard is not None and guard.is_cornered and phase in IN_FLIGHT:
             yield NO_WAY
-        if self._place.crowded and phase is Phase.LANDING:
+        if self._place.crowded:
             yield CROWDED
 
     def _values(
         self, now: int, pause: int, silence: float, leader_down: bool, missing: int, failure: bool
     ) -> list[float]:
         """Return the values of the INPUTS at `now` (Unix ns), in their order."""
-        mission, pose, telemetry = self.flight.mission, self._body.last, self._telemetry
-        self._down_since = (self._down_since or now) if leader_down and self._follows() else 0
-        pose_age = age(pose.stamp, now) if pose is not None else NEVER
-        telemetry_age, state = age(telemetry.stamp, now), telemetry.state
-        # m above the ground: a drone that lands and is lower may stand there
-        low = pose is not None and pose.position[2] <= self._parameters.ground + 0.1
+        mission, telemetry, last = self.flight.mission, self._telemetry, self._body.last
+        place, seen = (last.position, last.stamp) if last is not None else (None, 0)
+        self._down_since = began(self._down_since, leader_down and self._follows(), now)
+        pose_age, telemetry_age, state = age(seen, now), age(telemetry.stamp, now), telemetry.state
+        low = place is not None and place[2] <= self._parameters.ground + 0.1  # m above the ground: it may stand there
         if low and self.flight.phase is Phase.LANDING:
             self._stood += self.dt
         return [
@@ -218,10 +221,10 @@ class Pilot:
             silence,
             _lasting(self._down_since, now),
             float(missing),
-            age(self._surroundings.stamp, now) if self._parameters.sensing else 0.0,
+            self._surroundings.age(now),
             telemetry_age,
             telemetry.battery,
-            self._parameters.room.outside(pose.position) if pose is not None else 0.0,
+            self._parameters.guard.room.outside(place) if place is not None else 0.0,
             float(state is FlightState.LANDING),
             pause / SECOND,
             (now - self._woke) / SECOND,
@@ -268,13 +271,13 @@ class Pilot:
             self._airframe.limit_vertical(limits.vertical_speed)  # what it compensates lets it descend
         if phase is not Phase.FORMATION:
             wanted = self._place.velocity(phase, position, self.bodies)
-        slow, speed = SLOW in self._found, self._parameters.speed
+        slow, speed = SLOW in self._found, self._parameters.guard.speed
         speed = self._airframe.speed(min(speed, limits.blind_speed) if slow else speed)
         grounding = phase in (Phase.LANDING, Phase.TAKEOFF)
         if self._guard is not None:
-            last, seen = self._airframe.last_command, self._surroundings.stamp or self.stamp
+            last, seen = self._airframe.last_command, self._sensed_at
             return self._guard.velocity(wanted, motion, self.bodies, seen, now, last, self.dt, speed, grounding)
-        return wanted if grounding else limit(self._parameters.room.inwards(wanted, position), speed)
+        return wanted if grounding else limit(self._parameters.guard.room.inwards(wanted, position), speed)
 
     def _blind_velocity(self, now: int) -> Vector:
         """Return the velocity command without a fresh pose: straight down in a landing, or beneath a body, else zero.
@@ -283,17 +286,15 @@ class Pilot:
         first, until a driver below that has no commands lands its drone too, but between two no longer than that.
         A landing waits once in all, however often its pose is lost.
         """
-        phase, stale, separation = self.flight.phase, self._limits.staleness, self._parameters.separation
+        phase, stale = self.flight.phase, self._limits.staleness
         airframe, descent = self._airframe, self._limits.vertical_speed
         if phase not in IN_FLIGHT:
             airframe.reset()  # what was learned in flight would take off again
             return ZERO
-        beneath, last = is_beneath(self.bodies, separation), self._body.last
+        beneath = is_beneath(self.bodies, self._parameters.guard.separation)
         if phase is not Phase.LANDING and not beneath:
             return ZERO
-        patience = stale.command_land if beneath else max(stale.pose_land, stale.command_land)
-        waits = last is not None and now - last.stamp <= nanoseconds(patience) and self._waited <= patience
-        waits = waits and not self._stood and is_above(self.bodies, separation)
+        waits = self._waits(stale.command_land if beneath else max(stale.pose_land, stale.command_land), now)
         if waits and phase is not Phase.LANDING:
             return ZERO
         if self._stood:
@@ -304,6 +305,12 @@ class Pilot:
             return (0.0, 0.0, -descent)
         self._waited += self.dt
         return (0.0, 0.0, min(0.0, airframe.disturbance[2]))  # the wind that it compensates may have ended
+
+    def _waits(self, patience: float, now: int) -> bool:
+        """Return whether it is above another body without a pose, for no longer than `patience`, s."""
+        last = self._body.last
+        recent = last is not None and now - last.stamp <= nanoseconds(patience) and self._waited <= patience
+        return recent and not self._stood and is_above(self.bodies, self._parameters.guard.separation)
 
     def _take_pose(self, pose: Pose) -> None:
         if not self._body.take(pose, self.flight.phase):
@@ -329,6 +336,6 @@ def shown(age: float) -> float:
 def _make_airframe(parameters: PilotParameters) -> AirframeState:
     """Return what follows the airframe; it estimates a disturbance only beside a safety filter, if there may be one."""
     lag, dead_time, most = parameters.lag, parameters.dead_time, parameters.disturbance
-    if parameters.guard is None or not most:
+    if not (parameters.filtered and most):
         return AirframeState(lag, dead_time)
-    return DisturbedAirframe(lag, dead_time, most, parameters.speed)
+    return cast("AirframeState", load_object(DISTURBED)(lag, dead_time, most, parameters.guard.speed))

@@ -46,13 +46,12 @@ class Place:
 
     def forget(self) -> None:
         """Reset: the next position becomes the place."""
-        self._place = None
+        self._place, self.crowded = None, False
 
     def is_high(self, position: Vector) -> bool:
         """Return whether `position` (m, world frame) is at take-off height above the place."""
-        place = self._place
-        # share of the take-off height at which a take-off ends
-        return place is not None and position[2] >= place[2] + 0.95 * self._parameters.limits.takeoff_height
+        place, rise = self._place, 0.95 * self._parameters.limits.takeoff_height  # of it, at which a take-off ends
+        return place is not None and position[2] >= place[2] + rise
 
     def velocity(self, phase: Phase, position: Vector, bodies: Sequence[Body]) -> Vector:
         """Return the velocity, m/s, in a flight `phase` other than formation; `bodies` are nearby."""
@@ -62,14 +61,14 @@ class Place:
         if phase is Phase.TAKEOFF:
             return climb(position, place, self._rise)
         wanted, parameters = keep_place(position, place, self._rise), self._parameters
-        if parameters.guard is not None:
+        if parameters.filtered:
             return wanted
         return add(wanted, scale(repulsion(bodies, parameters.potentials), -parameters.formation_gain))
 
     def _descend(self, position: Vector, place: Vector, bodies: Sequence[Body]) -> Vector:
         """Return the velocity of a landing on `place` or, with the safety filter, first towards a free place."""
         rise, free, parameters = self._rise, True, self._parameters
-        if parameters.guard is not None:
-            place, free = landing_place(position, place, bodies, parameters.separation, parameters.room)
+        if parameters.filtered:
+            place, free = landing_place(position, place, bodies, parameters.guard.separation, parameters.guard.room)
             self._place, self.crowded = place, not free
         return climb(position, place, -rise) if free else keep_place(position, (*place[:2], position[2]), rise)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from flockwire_core.domain.body import Body, BodyKind, Nearby, to_axis
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.vector import ZERO, Vector, add, subtract
+from flockwire_core.pilot.phases import age
 from flockwire_core.swarm.tables import Obstacle
 
 
@@ -23,6 +24,10 @@ class Surroundings:
     def stamp(self) -> int:
         """The stamp of the sensed bodies, Unix ns; 0 without sensing."""
         return self._nearby.stamp if self._nearby is not None else 0
+
+    def age(self, now: int) -> float:
+        """Return the age of the sensed bodies at `now` (Unix ns), s; 0 without sensing."""
+        return age(self.stamp, now) if self._sensing else 0.0
 
     def take_nearby(self, nearby: Nearby) -> None:
         """Receive the newest message of the sensor."""

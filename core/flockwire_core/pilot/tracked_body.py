@@ -18,7 +18,7 @@ from flockwire_core.domain.motion import Motion
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.quaternion import Quaternion
 from flockwire_core.domain.time import SECOND
-from flockwire_core.domain.vector import distance, norm
+from flockwire_core.domain.vector import Vector, distance, norm
 from flockwire_core.parameters import PilotParameters
 from flockwire_core.pilot.phases import IN_FLIGHT
 from flockwire_core.wire.phase import Phase
@@ -52,7 +52,6 @@ class TrackedBody:
     Attributes:
         why: why it is not the drone's; empty while it can be.
         refused: the number of poses that were not used.
-        drifted: whether it moved apart from the commands, so that what was learned of the wind is wrong.
         due: when to look again, Unix ns.
         stops: m, from the last position to the stopping point.
         sunk: m, how far the drone was commanded to descend since the last pose.
@@ -62,7 +61,8 @@ class TrackedBody:
 
     def __init__(self, parameters: PilotParameters, airframe: AirframeState, born: int) -> None:
         limits = parameters.limits
-        self.why, self.refused, self.drifted = "", 0, False
+        self.why, self.refused = "", 0
+        self._drifted = False  # whether it moved apart from the commands, so that what was learned of the wind is wrong
         self.due, self.sunk, self.stops = 0, 0.0, 0.0
         self.last: Pose | None = None
         self._wind = max(limits.body_drift, parameters.disturbance)
@@ -73,6 +73,16 @@ class TrackedBody:
         self._refused_at = 0  # stamp of the first pose in a row that was not used, Unix ns
         self._apart = 0  # looks in a row
         self._looked = self._climbed = 0  # when it was looked at, and when its take-off ended, Unix ns
+
+    @property
+    def seen(self) -> int:
+        """The stamp of the last pose, Unix ns; 0 before the first."""
+        return self.last.stamp if self.last is not None else 0
+
+    @property
+    def place(self) -> Vector | None:
+        """The last position, m; None before the first."""
+        return self.last.position if self.last is not None else None
 
     def took_off(self, now: int) -> None:
         """Record that the drone's take-off ended at `now` (Unix ns)."""
@@ -116,9 +126,14 @@ class TrackedBody:
 
     def look(self, motion: Motion | None, telemetry: Telemetry, phase: Phase, now: int) -> None:
         """Compare with the commands at `now` (Unix ns); `motion` is None without a fresh pose."""
+        self._look(motion, telemetry, phase, now)
+        if self._drifted:
+            self._airframe.reset()  # it is what the false body seemed to drift
+
+    def _look(self, motion: Motion | None, telemetry: Telemetry, phase: Phase, now: int) -> None:
         gap, self._looked, self.due = now - self._looked, now, now + SECOND // 10  # ns between two looks
         if phase not in IN_FLIGHT:
-            self.why, self.drifted = "", False
+            self.why, self._drifted = "", False
         # ns between two looks after which the residual starts again
         examined = phase in IN_FLIGHT and not self.why and 0 < gap <= SECOND // 2
         # s, of telemetry whose height is compared
@@ -130,7 +145,7 @@ class TrackedBody:
         why = self._apart_by(motion, telemetry, phase, now)
         self._apart = self._apart + 1 if why else 0
         if self._apart >= 3:  # looks in a row at a body that moves apart
-            self.why, self.drifted = why, True
+            self.why, self._drifted = why, True
 
     def _apart_by(self, motion: Motion, telemetry: Telemetry, phase: Phase, now: int) -> str:
         """Return how the body moves apart from the airframe; "" if it does not."""

@@ -5,12 +5,14 @@
     token    @ros2_lv/DOMAIN/SESSION/NODE/ENTITY/KIND/ENCLAVE/NAMESPACE/NAME/TOPIC/TYPE/HASH/QOS
 
 Source: rmw_zenoh, docs/design.md and liveliness_utils.cpp (0.2.4 and newer). In a token `%` replaces each `/`.
+The tokens of those who publish a topic tell why nothing arrives on it.
 """
 
 from __future__ import annotations
 
 import hashlib
 import re
+from collections.abc import Collection, Iterable
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -129,3 +131,25 @@ def read_end(token: str) -> End | None:
         return None
     namespace, name = parts[7].replace("%", "/"), parts[9].replace("%", "/")
     return End(int(parts[1]), parts[5], f"{namespace.rstrip('/')}/{parts[8]}", name, parts[10], parts[11])
+
+
+def advice(publishers: Iterable[End], domain: int, name: str, ros_types: Collection[str], key: str) -> str:
+    """Return why no message of `ros_types` arrives on the topic `name`, in which `*` is any part.
+
+    `publishers` are those of all domains; `key` is that of the domain.
+    """
+    pattern = re.compile(re.escape(name).replace(r"\*", "[^/]+"))
+    found = [end for end in publishers if pattern.fullmatch(end.name)]
+    here = [end for end in found if end.domain == domain]
+    wanted = dict(zip(map(dds_type, ros_types), ros_types, strict=True))
+    if not found:
+        return f"no node publishes {name}: check its name with `ros2 topic list`"
+    if not here:
+        return f"{found[0].name} is published in domain {found[0].domain}: set {key}"
+    for end in here:
+        if end.dds_type not in wanted:
+            return f"{end.name} has messages of {end.dds_type}: must be of {' or '.join(wanted)}"
+        if end.type_hash != type_hash(wanted[end.dds_type]):
+            other = f"another version of {end.dds_type} ({end.type_hash})"
+            return f"{end.name} has messages of {other}: use ROS 2 Jazzy or newer"
+    return f"{here[0].node} announces {here[0].name}, but publishes nothing"

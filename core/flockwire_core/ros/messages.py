@@ -16,23 +16,14 @@ DISCHARGING, LITHIUM_POLYMER = 2, 3  # sensor_msgs/BatteryState
 UNKNOWN_COVARIANCE: Final = (0.0,) * 36  # by the message's convention
 
 
-class Transform(NamedTuple):
-    """The pose of the frame `child` at `stamp`."""
+class NamedPose(NamedTuple):
+    """The pose of a body, or of a frame, at `stamp`, in `frame`; its name is empty if a message has none."""
 
     stamp: int
-    child: str
-    position: Vector
-    orientation: Quaternion
-
-
-class Sighting(NamedTuple):
-    """A body in a message of poses: its name (empty if the message has none) and its pose in `frame` at `stamp`."""
-
-    stamp: int
-    frame: str
     name: str
     position: Vector
     orientation: Quaternion
+    frame: str = ""
 
 
 class DiagnosticStatus(NamedTuple):
@@ -61,14 +52,14 @@ def odometry(stamp: int, frame: str, child: str, position: Vector, orientation: 
     return writer.finish()
 
 
-def transforms(frame: str, poses: Sequence[Transform]) -> bytes:
+def transforms(frame: str, poses: Sequence[NamedPose]) -> bytes:
     """Return a tf2_msgs/TFMessage: the poses of other frames in `frame`."""
     writer = Writer()
     writer.length(len(poses))
-    for stamp, child, position, orientation in poses:
+    for stamp, name, position, orientation, _ in poses:
         writer.time(stamp)
         writer.text(frame)
-        writer.text(child)
+        writer.text(name)
         writer.vector(position)
         writer.quaternion(orientation)
     return writer.finish()
@@ -133,42 +124,42 @@ def check_empty(data: bytes) -> None:
         raise MessageError(f"{len(data)} bytes are not an empty message")
 
 
-def read_sightings(ros_type: str, data: bytes) -> list[Sighting]:
-    """Return the bodies in a message of one of the types of poses (`SIGHTINGS`); raises MessageError."""
+def read_poses(ros_type: str, data: bytes) -> list[NamedPose]:
+    """Return the bodies in a message of one of the types of poses (`POSE_READERS`); raises MessageError."""
     reader = Reader(data)
-    found = SIGHTINGS[ros_type](reader)
+    found = POSE_READERS[ros_type](reader)
     reader.end()
     return found
 
 
-def _one_pose(reader: Reader) -> list[Sighting]:
-    return [_sighting(reader, reader.time(), reader.text())]
+def _one_pose(reader: Reader) -> list[NamedPose]:
+    return [_pose(reader, reader.time(), reader.text())]
 
 
-def _poses(reader: Reader) -> list[Sighting]:
+def _poses(reader: Reader) -> list[NamedPose]:
     stamp, frame = reader.time(), reader.text()
-    return [_sighting(reader, stamp, frame) for _ in range(reader.length())]
+    return [_pose(reader, stamp, frame) for _ in range(reader.length())]
 
 
-def _named_poses(reader: Reader) -> list[Sighting]:
+def _named_poses(reader: Reader) -> list[NamedPose]:
     stamp, frame = reader.time(), reader.text()
-    return [_sighting(reader, stamp, frame, reader.text()) for _ in range(reader.length())]
+    return [_pose(reader, stamp, frame, reader.text()) for _ in range(reader.length())]
 
 
-def _one_transform(reader: Reader) -> list[Sighting]:
-    return [_sighting(reader, reader.time(), reader.text(), reader.text().removeprefix("/"))]
+def _one_transform(reader: Reader) -> list[NamedPose]:
+    return [_pose(reader, reader.time(), reader.text(), reader.text().removeprefix("/"))]
 
 
-def _transforms_in(reader: Reader) -> list[Sighting]:
+def _transforms_in(reader: Reader) -> list[NamedPose]:
     return [one for _ in range(reader.length()) for one in _one_transform(reader)]
 
 
-def _sighting(reader: Reader, stamp: int, frame: str, name: str = "") -> Sighting:
+def _pose(reader: Reader, stamp: int, frame: str, name: str = "") -> NamedPose:
     x, y, z, qx, qy, qz, qw = reader.take_all("d", 7)
-    return Sighting(stamp, frame, name, (x, y, z), (qx, qy, qz, qw))
+    return NamedPose(stamp, name, (x, y, z), (qx, qy, qz, qw), frame)
 
 
-SIGHTINGS: Mapping[str, Callable[[Reader], list[Sighting]]] = {
+POSE_READERS: Mapping[str, Callable[[Reader], list[NamedPose]]] = {
     POSE: _one_pose,
     TRANSFORM: _one_transform,
     POSES: _poses,

@@ -24,7 +24,7 @@ NUMBERS = {
 ARRAY, BOUNDED, UNBOUNDED = 48, 96, 144  # added to the number of the elements' type
 EVENT_INFO = "service_msgs/msg/ServiceEventInfo"
 NOTHING = "uint8 structure_needs_at_least_one_member"  # the field of a message without one
-_FIELD = re.compile(r"([\w/]+)(?:\[(<=)?(\d*)\])?\s+(\w+)(\s*=.*|\s.*)?")
+_FIELD = re.compile(r"([\w/]+)(?:\[((?:<=)?\d+|)\])?\s+(\w+)(\s*=.*|\s.*|)")
 
 Field = dict[str, Any]
 
@@ -71,30 +71,24 @@ def service_parts(ros_type: str, request: str, response: str) -> dict[str, str]:
 def fields(ros_type: str, text: str) -> list[Field]:
     """Return the fields of the definition `text`; ValueError for a line that is not understood."""
     found = []
-    for line in (text or NOTHING).splitlines():
-        parts = _FIELD.fullmatch(line.partition("#")[0].strip())
+    for line in filter(None, (line.partition("#")[0].strip() for line in (text or NOTHING).splitlines())):
+        parts = _FIELD.fullmatch(line)
         if parts is None:
-            if line.partition("#")[0].strip():
-                raise ValueError(f"{ros_type}: {line!r} is no field of a message")
-            continue
-        kind, bounded, count, name, rest = parts.groups()
-        if (rest or "").lstrip().startswith("="):  # a constant
-            continue
-        number, nested = _number(kind)
-        if count is not None:
-            number += ARRAY if count and not bounded else BOUNDED if count else UNBOUNDED
-        found.append(
-            {
-                "name": name,
-                "type": {
-                    "type_id": number,
-                    "capacity": int(count or 0),
-                    "string_capacity": 0,
-                    "nested_type_name": nested,
-                },
-            }
-        )
+            raise ValueError(f"{ros_type}: {line!r} is no field of a message")
+        kind, length, name, rest = parts.groups()
+        if not rest.lstrip().startswith("="):  # else it is a constant
+            number, nested = _number(kind)
+            added, capacity = _of_array(length) if length is not None else (0, 0)
+            form = {"type_id": number + added, "capacity": capacity, "string_capacity": 0, "nested_type_name": nested}
+            found.append({"name": name, "type": form})
     return found
+
+
+def _of_array(length: str) -> tuple[int, int]:
+    """Return what is added to the number of the elements' type, and the most elements, of what is in the brackets."""
+    if not length:
+        return UNBOUNDED, 0
+    return (BOUNDED if length.startswith("<=") else ARRAY), int(length.removeprefix("<="))
 
 
 def _number(kind: str) -> tuple[int, str]:

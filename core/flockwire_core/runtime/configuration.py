@@ -1,4 +1,7 @@
-"""The Zenoh configuration of every process: endpoints, links, access control, bounds, no discovery."""
+"""The Zenoh configuration of every process: endpoints, links, access control, bounds, no discovery.
+
+Every process has the access rules of its own links; both ends of a link enforce them.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,6 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from flockwire_core.security.files import Credentials
-from flockwire_core.wire.access import access_control
 from flockwire_core.wire.plan import OPERATORS, Plan
 
 BURST = 16  # messages of one step in the queue before the next is dropped; 16 is the maximum
@@ -105,3 +107,38 @@ def _tls(credentials: Credentials) -> dict[str, object]:
         "connect_certificate": certificate,
         "connect_private_key": key,
     }
+
+
+Rule = dict[str, object]
+
+
+def access_control(plan: Plan, identity: str) -> Rule:
+    """Return Zenoh's access control for the process of `identity`: unlisted keys are denied, in both directions.
+
+    Each link has rules for samples in both directions, and for their subscriptions in the opposite direction. Queries,
+    replies, liveliness and deletions are in no rule. A router subscribes at its clients for others.
+    """
+    rules, policies, subjects = [], [], []
+    for other in plan.links[identity]:
+        out, back = plan.passes(identity, other), plan.passes(other, identity)
+        granted = (
+            ("publishes", "egress", "put", out),
+            ("accepts subscriptions", "ingress", "declare_subscriber", out),
+            ("receives", "ingress", "put", back),
+            ("subscribes", "egress", "declare_subscriber", back),
+        )
+        named = [
+            {
+                "id": f"{other} {name}",
+                "permission": "allow",
+                "flows": [flow],
+                "messages": [message],
+                "key_exprs": [plan.text(key) for key in keys],
+            }
+            for name, flow, message, keys in granted
+            if keys
+        ]
+        rules += named
+        subjects.append({"id": other, "cert_common_names": [other]})
+        policies.append({"rules": [rule["id"] for rule in named], "subjects": [other]})
+    return {"enabled": True, "default_permission": "deny", "rules": rules, "subjects": subjects, "policies": policies}

@@ -3,6 +3,8 @@
 Zenoh pauses for 0.1 s after each TLS handshake that fails, and keeps silent connections. An address that has many in
 two looks in a row gets no further one for a while: a filter at the listening socket (SO_ATTACH_FILTER, Linux, IPv4)
 drops its first packets. What is linked stays linked.
+
+The process also raises its limit of descriptors, so that connections without any key do not take the last one.
 """
 
 from __future__ import annotations
@@ -11,6 +13,7 @@ import contextlib
 import ctypes
 import logging
 import os
+import resource
 import socket
 import struct
 import sys
@@ -33,6 +36,7 @@ _BYTE, _WORD, _AND, _EQUAL, _RETURN = 0x30, 0x20, 0x54, 0x15, 0x06  # BPF
 _FLAGS, _SYN, _SYN_ACK = 13, 0x02, 0x12  # offset in the TCP header
 _SOURCE = -0x100000 + 12  # in the IP header, SKF_NET_OFF
 _PASS, _DROP = 0x7FFFFFFF, 0
+MOST = 65536  # descriptors of one process; 6 KB of memory for each connection
 
 
 class Gate:
@@ -107,9 +111,8 @@ def _listener(port: int) -> socket.socket | None:
     sockets = [path for path in _DESCRIPTORS.iterdir() if path.is_socket()]
     for path in sockets:  # of another kind, the copy would stay open
         with contextlib.suppress(OSError), contextlib.ExitStack() as stack:
-            found = stack.enter_context(
-                socket.socket(fileno=os.dup(int(path.name)))
-            )  # socket.dup() makes accept() block
+            copied = os.dup(int(path.name))  # socket.dup() makes accept() block
+            found = stack.enter_context(socket.socket(fileno=copied))
             listens = found.family == socket.AF_INET and found.getsockopt(socket.SOL_SOCKET, _SO_ACCEPTCONN)
             if listens and found.getsockname()[1] == port:
                 stack.pop_all()
@@ -130,3 +133,13 @@ def _filter(listener: socket.socket, addresses: list[str]) -> None:
         b"".join(struct.pack("@HBBI", *step[:3], step[3] & 0xFFFFFFFF) for step in program)
     )
     listener.setsockopt(socket.SOL_SOCKET, _SO_ATTACH_FILTER, struct.pack("@HP", len(program), ctypes.addressof(code)))
+
+
+def raise_limit() -> None:
+    """Raise the soft limit of this process, and of its children, to the hard one, but to MOST at most."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = MOST if hard == resource.RLIM_INFINITY else min(hard, MOST)
+    if soft == resource.RLIM_INFINITY or soft >= wanted:
+        return
+    with contextlib.suppress(OSError, ValueError):  # macOS has a lower limit of its own
+        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))

@@ -15,6 +15,7 @@ from pydantic import RootModel
 
 from flockwire_core import clock
 from flockwire_core.domain.time import SECOND
+from flockwire_core.follower_law import LateAnswerError
 from flockwire_core.law import Decision, Information, LawSettings, Observation
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.tables import Finite
@@ -31,7 +32,7 @@ SETTINGS: Final = ("number", "period", "lag", "dead_time", "speed", "acceleratio
 class LawElsewhere:
     """The law of one follower of `swarm`, which the program at `control.law` computes; a connection for each.
 
-    A step waits `patience` s for the answer. Raises ConnectionError if nobody serves the socket, TimeoutError for an
+    A step waits `patience` s for the answer. Raises ConnectionError if nobody serves it, LateAnswerError for an
     answer that is late (it is dropped as it comes), ValueError for one of another form.
     """
 
@@ -72,15 +73,17 @@ class LawElsewhere:
         return [float(len(known)), *map(float, known), *weights, *leads, float(len(given)), *given]
 
     def _send(self, found: list[float]) -> None:
-        """Send a frame as a whole; raises TimeoutError before it begins, ConnectionError if it cannot end."""
+        """Send a frame as a whole; raises LateAnswerError before it begins, ConnectionError if it cannot end."""
         self._socket.settimeout(self._left())
         try:
             self._socket.sendall(HEAD.pack(len(found), 0) + pack(f"<{len(found)}d", *found))
         except TimeoutError:
             raise ConnectionError(f"{self._where}: the program does not read") from None
+        except OSError:
+            raise self._closed() from None
 
     def _receive(self) -> tuple[float, ...]:
-        """Return the next answer; raises TimeoutError, and keeps what has come of it."""
+        """Return the next answer; raises LateAnswerError, and keeps what has come of it."""
         count = HEAD.unpack(self._filled(HEAD.size))[0]
         if not 0 < count <= MOST:
             raise ValueError(f"{self._where}: a decision of {count} numbers")
@@ -94,17 +97,25 @@ class LawElsewhere:
         """Return the next `size` bytes once they have come."""
         while len(self._data) < size:
             self._socket.settimeout(self._left())
-            more = self._socket.recv(1 << 16)
+            try:
+                more = self._socket.recv(1 << 16)
+            except TimeoutError:
+                continue
+            except OSError:
+                raise self._closed() from None
             if not more:
-                raise ConnectionError(f"{self._where}: the program has closed the connection")
+                raise self._closed()
             self._data += more
         return bytes(self._data[:size])
 
+    def _closed(self) -> ConnectionError:
+        return ConnectionError(f"{self._where}: the program has closed the connection")
+
     def _left(self) -> float:
-        """Return the s until the deadline; raises TimeoutError after it."""
+        """Return the s until the deadline; raises LateAnswerError after it."""
         left = (self._deadline - clock.monotonic()) / SECOND
         if left <= 0.0:
-            raise TimeoutError(f"{self._where}: no answer within {self._patience / SECOND:g} s")
+            raise LateAnswerError(f"{self._where}: no answer within {self._patience / SECOND:g} s")
         return left
 
 

@@ -39,10 +39,7 @@ class Publishing:
     ) -> None:
         self.outlets = {
             key: _Outlet(
-                key,
-                declare(key) if plan.subscribers(key) else (),
-                publisher_of(session, key),
-                key in plan.batched,
+                key, declare(key) if plan.subscribers(key) else (), publisher_of(session, key), key in plan.batched
             )
             for key in plan.publishes[identity]
         }

@@ -79,13 +79,12 @@ class RosNode(AbstractContextManager["RosNode"]):
         reliability = zenoh.Reliability.RELIABLE if qos.reliable else zenoh.Reliability.BEST_EFFORT
         publisher: zenoh.Publisher | zenoh.ext.AdvancedPublisher
         if qos.latched:
-            # s between two heartbeats of a latched topic
             publisher = zenoh.ext.declare_advanced_publisher(
                 self._session,
                 key,
                 cache=zenoh.ext.CacheConfig(max_samples=qos.depth),
                 publisher_detection=True,
-                sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=0.5),
+                sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=0.5),  # s
                 congestion_control=zenoh.CongestionControl.DROP,
             )
         else:
@@ -176,7 +175,7 @@ async def join(place: Place, ended: asyncio.Event, absent: Callable[[str], None]
 def configuration(place: Place) -> dict[str, object]:
     """Return the Zenoh configuration of a node: no discovery but by the router, timestamps as rmw_zenoh has them."""
     locator = [f"tcp/{place.router}"]
-    # bytes of a message that a router passes on, such as an image
+    largest = 32 << 20 if place.serves else LARGEST_MESSAGE  # bytes; a router passes on messages such as images
     return {
         "mode": "router" if place.serves else "client",
         "listen": {"endpoints": locator if place.serves else []},
@@ -192,7 +191,7 @@ def configuration(place: Place) -> dict[str, object]:
         "transport": {
             "link": {
                 "tx": {"lease": 1000, "keep_alive": 4, "queue": {"size": {"data": BURST}}},
-                "rx": {"max_message_size": 32 << 20 if place.serves else LARGEST_MESSAGE},
+                "rx": {"max_message_size": largest},
             },
             "shared_memory": {"enabled": False},
         },

@@ -21,8 +21,7 @@ from pathlib import Path
 from flockwire_core import clock
 from flockwire_core.domain.time import SECOND
 from flockwire_core.runtime.configuration import NO_DETOURS, ONE_THREAD, ROUTING, configuration, reserved_configuration
-from flockwire_core.runtime.descriptors import raise_limit
-from flockwire_core.runtime.gate import Gate
+from flockwire_core.runtime.gate import Gate, raise_limit
 from flockwire_core.runtime.linger import ignore_linger
 from flockwire_core.security.files import Credentials, CredentialsError, default_folder, files_of, hold
 from flockwire_core.wire.inbox import inbox_of

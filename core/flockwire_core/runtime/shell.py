@@ -21,8 +21,7 @@ from flockwire_core.process.stopwatch import Stopwatch
 from flockwire_core.process.timekeeping import Timekeeping, patience
 from flockwire_core.runtime.datagrams import Sockets, serve
 from flockwire_core.runtime.ending import Ending, last_resort, wait_for_end
-from flockwire_core.runtime.file_store import FileStore
-from flockwire_core.runtime.job import Job, connect_job
+from flockwire_core.runtime.job import FileStore, Job, connect_job
 from flockwire_core.runtime.refusals import Refusals
 from flockwire_core.runtime.resources import ProcessResources
 from flockwire_core.runtime.session import Session

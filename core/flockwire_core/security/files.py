@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import BinaryIO
 
 from flockwire_core.locking import SHARED, is_held, lock, opened
+from flockwire_core.swarm.wording import InputError
 
 AUTHORITY_FILE = "ca.crt"  # the certificate that all others are signed by
 
 
-class CredentialsError(ValueError):
+class CredentialsError(InputError):
     """Unusable keys; the text is one line: file, problem, remedy."""
 
 

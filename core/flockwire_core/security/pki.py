@@ -62,10 +62,10 @@ def make_keys(plan: Plan, folder: Path, now: datetime, rotate: bool = False) -> 
 
 
 def _make_keys(plan: Plan, folder: Path, now: datetime, rotate: bool) -> tuple[str, ...]:
-    held = {name: None if rotate else _read_authority(folder, name) for name in plan.authorities}
-    if held[AUTHORITY] is None and not rotate and (folder / "ca.crt").exists():
+    held = {} if rotate else _held(plan, folder)
+    if not rotate and AUTHORITY not in held and (folder / "ca.crt").exists():
         return _without_authority(plan, folder, now)
-    signers = {name: signer for name, signer in held.items() if signer is not None and _lasts(signer.certificate, now)}
+    signers = {name: signer for name, signer in held.items() if _lasts(signer.certificate, now)}
     made = [name for name in plan.authorities if name not in signers]
     if made and in_use(folder):
         raise CredentialsError(
@@ -75,12 +75,22 @@ def _make_keys(plan: Plan, folder: Path, now: datetime, rotate: bool) -> tuple[s
     for name in made:
         signers[name] = new = new_authority(plan.swarm.name, now)
         save(new, folder, name, folder / "authority")
+    return (*made, *_renew(plan, folder, signers, now))
+
+
+def _renew(plan: Plan, folder: Path, signers: dict[str, Signer], now: datetime) -> Iterator[str]:
+    """Make the certificates of processes that are not good; yield their names."""
     for identity in plan.identities:
-        names, signer = alternative_names(plan, identity), signers[plan.issuer(identity)]
-        if not _good(folder, identity, names, signer.certificate, now):
-            save(issue(signer, identity, names, BEGIN, now + LIFE), folder, identity)
-            made.append(identity)
-    return tuple(made)
+        signer = signers[plan.issuer(identity)]
+        if not _good(plan, folder, identity, signer.certificate, now):
+            save(issue(signer, identity, alternative_names(plan, identity), BEGIN, now + LIFE), folder, identity)
+            yield identity
+
+
+def _held(plan: Plan, folder: Path) -> dict[str, Signer]:
+    """Return the authorities whose keys are here."""
+    found = {name: _read_authority(folder, name) for name in plan.authorities}
+    return {name: signer for name, signer in found.items() if signer is not None}
 
 
 def _without_authority(plan: Plan, folder: Path, now: datetime) -> tuple[str, ...]:
@@ -99,7 +109,7 @@ def _stays(plan: Plan, folder: Path, name: str, now: datetime) -> bool:
     if name in plan.authorities:
         return (folder / f"{name}.crt").exists()
     issuer = x509.load_pem_x509_certificate((folder / f"{plan.issuer(name)}.crt").read_bytes())
-    return _good(folder, name, alternative_names(plan, name), issuer, now)
+    return _good(plan, folder, name, issuer, now)
 
 
 def alternative_names(plan: Plan, identity: str) -> tuple[str, ...]:
@@ -218,8 +228,8 @@ def _general_names(names: tuple[str, ...]) -> Iterator[x509.GeneralName]:
             yield x509.DNSName(name)
 
 
-def _good(folder: Path, identity: str, names: tuple[str, ...], authority: x509.Certificate, now: datetime) -> bool:
-    """Return whether the certificate on disk is good: complete, of this authority, with these names, not expiring."""
+def _good(plan: Plan, folder: Path, identity: str, authority: x509.Certificate, now: datetime) -> bool:
+    """Return whether the certificate on disk is good: complete, of this authority, with all names, not expiring."""
     try:
         certificate = x509.load_pem_x509_certificate((folder / f"{identity}.crt").read_bytes())
         key = serialization.load_pem_private_key((folder / f"{identity}.key").read_bytes(), None)
@@ -231,7 +241,7 @@ def _good(folder: Path, identity: str, names: tuple[str, ...], authority: x509.C
         _lasts(certificate, now)
         and certificate.subject == _name(identity)
         and certificate.public_key() == key.public_key()
-        and set(alternatives) == set(_general_names(names))
+        and set(alternatives) == set(_general_names(alternative_names(plan, identity)))
         and (folder / f"{identity}.key").stat().st_mode & 0o077 == 0
     )
 

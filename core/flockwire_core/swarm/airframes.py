@@ -57,8 +57,9 @@ MULTIROTOR = AirframeRow(
     without_poses=ByItself("continues"),
     without_link=ByItself("follows its last command"),
     airframe_keys="flockwire_twins.multirotor.swarm_file:MultirotorInAirframes",
-    built_in={"lag": 0.16, "dead_time": 0.1},  # s, as `flockwire identify` finds them
-    rules="flockwire_twins.multirotor.parameters:RULES",
+    built_in={"lag": 0.17, "dead_time": 0.09},  # s, as `flockwire identify` finds them
+    rules="flockwire_twins.multirotor.rules:RULES",
+    warnings="flockwire_twins.multirotor.rules:warnings",
     wears=True,
     accelerates=True,
     turns=True,
@@ -79,7 +80,7 @@ TELLO = AirframeRow(
     live_checks=("link", "firmware", "serial", "IMU"),
     identified="flockwire_tello.swarm_file:identified",
     turns=True,
-    command="flockwire_twins.tello.command:tello_sim",
+    command="flockwire_twins.tello.server:tello_sim",
 )
 
 AIRFRAMES = (KINEMATICS, MULTIROTOR, TELLO)

@@ -3,15 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import lru_cache
 from itertools import product
-from math import dist
+from math import ceil, dist
 
-from flockwire_core.control.survey import Survey
-from flockwire_core.swarm.formations import ExpressionFormation
-from flockwire_core.swarm.model import DEFAULT_FORMATION, SURVEY_HORIZON, Swarm, uav
+from flockwire_core.control.key_frames import KeyFrames
+from flockwire_core.control.survey import Survey, survey
+from flockwire_core.swarm.formations import ExpressionFormation, FormationTable
+from flockwire_core.swarm.model import DEFAULT_FORMATION, Swarm, uav
 from flockwire_core.swarm.rules import Rule
 from flockwire_core.swarm.validation import Problem
 from flockwire_core.swarm.wording import beside
+
+SURVEY_HORIZON = 120.0  # s of every formation that are sampled, or its length
+MOST_SAMPLES = 4000
+
+
+def survey_of(swarm: Swarm, name: str = "", duration: float = SURVEY_HORIZON) -> Survey:
+    """Return the extremes of the formation called `name` of `swarm`; raises as building it.
+
+    They are those of its first `duration` s, at least SURVEY_HORIZON, or of all its key frames.
+    """
+    return _survey(swarm.formation_table(name), len(swarm.followers), duration)
+
+
+@lru_cache(maxsize=64)
+def _survey(table: FormationTable, count: int, duration: float) -> Survey:
+    formation = table.build(count)
+    horizon = max(SURVEY_HORIZON, duration, formation.end if isinstance(formation, KeyFrames) else 0.0)
+    return survey(formation, horizon, 1 + min(ceil(horizon / 0.3), MOST_SAMPLES))  # s, a step
 
 
 def _formations(swarm: Swarm) -> Iterator[Problem]:
@@ -24,7 +44,7 @@ def _formations(swarm: Swarm) -> Iterator[Problem]:
             yield undefined
             continue
         try:
-            shape = swarm.survey(name)
+            shape = survey_of(swarm, name)
         except ValueError as error:
             yield Problem(key, str(error))
             continue
@@ -56,8 +76,7 @@ def conflicts(swarm: Swarm, key: str, shape: Survey) -> Iterator[Problem]:
 
 def _undefined(swarm: Swarm, key: str, table: ExpressionFormation) -> Problem | None:
     """Return the first expression without a finite value."""
-    # s between the times at which expressions must have values
-    found = table.undefined(len(swarm.followers), SURVEY_HORIZON, 0.1)
+    found = table.undefined(len(swarm.followers), SURVEY_HORIZON, 0.1)  # s, a step
     if found is None:
         return None
     axis, rank, t = found
@@ -95,7 +114,7 @@ def _carried(swarm: Swarm) -> Iterator[Problem]:
         elif drone.id != number and gap < clearance:
             yield Problem(key, f"{beside(gap, clearance)} m from the person who leads, {least}")
     for name, key in swarm.formation_keys.items() if swarm.sole_leader in swarm.carried else ():
-        nearest = swarm.survey(name).min_distance_leader
+        nearest = survey_of(swarm, name).min_distance_leader
         if nearest < clearance:
             yield Problem(
                 key, f"its drones come within {beside(nearest, clearance)} m of the person who leads, {least}"

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import isfinite
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, cast
 
 from pydantic import Field, field_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from flockwire_core.control import formation as shapes
-from flockwire_core.control.expression import derivative
-from flockwire_core.control.expression_parser import parse_expression
 from flockwire_core.control.key_frames import parse_key_frames
+from flockwire_core.objects import load_object
 from flockwire_core.swarm.tables import Finite, Model, Positive, key
+
+PARAMETRIC = "flockwire_core.control.expression_formation:Parametric"  # which few swarms have
 
 
 class FormationModel(Model):
@@ -100,13 +101,12 @@ class ExpressionFormation(FormationModel):
     @field_validator("x", "y", "z")
     @classmethod
     def _smooth(cls, text: str) -> str:
-        derivative(parse_expression(text))
+        load_object(PARAMETRIC)(1, (text,))
         return text
 
     def build(self, count: int) -> shapes.Formation:
         """Return the formation of `count` followers."""
-        axes = (parse_expression(self.x), parse_expression(self.y), parse_expression(self.z))
-        return shapes.Parametric(count, axes)
+        return cast("shapes.Formation", load_object(PARAMETRIC)(count, (self.x, self.y, self.z)))
 
     def undefined(self, count: int, horizon: float, step: float) -> tuple[str, int, float] | None:
         """Return axis, rank and time in s of the first value that is not finite.

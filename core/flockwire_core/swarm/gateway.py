@@ -9,19 +9,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import AfterValidator, Field
 
 from flockwire_core.swarm.ros import AbsoluteName, Domain, RouterAddress, is_absolute
-from flockwire_core.swarm.tables import (
-    Delay,
-    Finite,
-    Form,
-    GroupIp4,
-    HostIp4,
-    Items,
-    Model,
-    Point,
-    Positive,
-    Size,
-    key,
-)
+from flockwire_core.swarm.tables import Delay, Finite, Form, GroupIp4, HostIp4, Items, Model, Point, Positive, Size, key
 
 Port = Annotated[int, Field(ge=1, le=65535)]
 Share = Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)]

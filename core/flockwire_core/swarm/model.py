@@ -7,7 +7,6 @@ angles radians, the world frame is ENU with Z up. Unknown keys are refused; ever
 from __future__ import annotations
 
 from functools import cached_property
-from math import ceil
 from pathlib import Path
 from typing import Annotated
 
@@ -16,8 +15,6 @@ from pydantic.json_schema import SkipJsonSchema
 
 from flockwire_core.control import formation as shapes
 from flockwire_core.control.graph import Graph
-from flockwire_core.control.key_frames import KeyFrames
-from flockwire_core.control.survey import Survey, survey
 from flockwire_core.objects import load_object
 from flockwire_core.swarm.airframes import AIRFRAMES, ROWS, AirframeRow
 from flockwire_core.swarm.drones import BUILT_IN_AIRFRAMES, Airframe, Drone, Wind
@@ -45,8 +42,6 @@ from flockwire_core.swarm.tables import (
     key,
 )
 
-SURVEY_HORIZON = 120.0  # s of every formation that are sampled, or its length
-MOST_SAMPLES = 4000
 DEFAULT_FORMATION = "default"  # of [formations]: the first one where the file has no [formation]
 
 
@@ -278,22 +273,3 @@ class Swarm(Model):
     def auctioned(self) -> frozenset[str]:
         """The names of the formations whose places the followers share out by an auction."""
         return frozenset(name for name, table in self._formations.items() if table.assignment == "auction")
-
-    def survey(self, name: str = "", duration: float = SURVEY_HORIZON) -> Survey:
-        """Return the extremes of the formation called `name`; raises as building it.
-
-        They are those of its first `duration` s, at least SURVEY_HORIZON, or of all its key frames.
-        """
-        formation = self.build_formation(name)
-        horizon = max(SURVEY_HORIZON, duration, formation.end if isinstance(formation, KeyFrames) else 0.0)
-        if (name, horizon) not in self._surveys:
-            self._surveys[name, horizon] = survey(
-                formation,
-                horizon,
-                1 + min(ceil(horizon / 0.3), MOST_SAMPLES),  # s, a step
-            )
-        return self._surveys[name, horizon]
-
-    @cached_property
-    def _surveys(self) -> dict[tuple[str, float], Survey]:
-        return {}

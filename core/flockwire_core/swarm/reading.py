@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import os
 import re
 import stat
 import tomllib
@@ -36,14 +37,20 @@ _SYNTAX = {  # part of the parser's message; its meaning for the user
 }
 
 
+def stat_file(path: Path) -> os.stat_result:
+    """Return the status of a file or folder; raises OSError, also for a pipe or a device, which may never end."""
+    found = path.stat()
+    if not (stat.S_ISREG(found.st_mode) or stat.S_ISDIR(found.st_mode)):
+        raise OSError(errno.EINVAL, NO_FILE, str(path))
+    return found
+
+
 def read_text(path: Path, largest: int = LARGEST) -> str:
     """Return the text of a file, without a byte order mark.
 
-    Raises OSError, also for a pipe or a device, which may never end, and ValueError: no text, or over `largest` bytes.
+    Raises OSError as `stat_file`, and ValueError: no text, or over `largest` bytes.
     """
-    found = path.stat()
-    if not (stat.S_ISREG(found.st_mode) or stat.S_ISDIR(found.st_mode)):
-        raise OSError(errno.EINVAL, NO_FILE)
+    found = stat_file(path)
     if found.st_size > largest:
         raise ValueError(f"has {found.st_size} bytes, must have {largest} or fewer")
     try:

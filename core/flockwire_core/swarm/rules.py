@@ -1,6 +1,6 @@
 """The rules between a swarm file's keys: each function yields the problems that it finds.
 
-Formations, airframes, gateway, addresses and laws have their own rules; loading.py applies all.
+Formations, ROS 2, addresses, laws and rows of the airframe table have their own rules; loading.py applies all.
 """
 
 from __future__ import annotations
@@ -12,7 +12,9 @@ from itertools import combinations
 from math import dist
 from operator import attrgetter
 
+from flockwire_core.control.graph import edge_problems
 from flockwire_core.control.plane_polygon import Corner, crossing, edges
+from flockwire_core.swarm.airframes import AIRFRAMES
 from flockwire_core.swarm.laws import BUILT_IN
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.swarm.tables import Declared
@@ -100,20 +102,9 @@ def _law(swarm: Swarm) -> Iterator[Problem]:
 
 
 def _graph(swarm: Swarm) -> Iterator[Problem]:
-    known = {*swarm.leaders, *swarm.followers}
-    ends = [edge[:2] for edge in swarm.graph.edges]
-    problems = []
-    for place, (source, target) in enumerate(ends):
-        broken = {
-            f"there is no drone {source}": source not in known,
-            f"there is no drone {target}": target not in known,
-            "a leader has no in-neighbours": target in swarm.leaders,
-            "a drone is not its own neighbour": source == target,
-            "this edge appears twice": (source, target) in ends[:place],
-        }
-        problems += [
-            Problem(f"graph.edges.{place}", rule, shown(ends[place])) for rule, is_so in broken.items() if is_so
-        ]
+    edges = swarm.graph.edges
+    broken = edge_problems(swarm.followers, swarm.leaders, edges)
+    problems = [Problem(f"graph.edges.{place}", rule, shown(edges[place][:2])) for place, rule in broken]
     yield from problems
     if swarm.leaders and not problems and (lost := swarm.topology.unreachable()):
         names = ", ".join(map(uav, lost))
@@ -168,5 +159,62 @@ def _starts(swarm: Swarm) -> Iterator[Problem]:
             yield Problem(f"drones.{j}.start", f"{beside(gap, least)} m from drones.{i}.start, {must}")
 
 
+def _kinds(swarm: Swarm) -> Iterator[Problem]:
+    """Yield tables of drones with another kind."""
+    for place, drone in enumerate(swarm.drones):
+        frame = swarm.airframes[drone.airframe]
+        for row in AIRFRAMES:
+            if frame.kind != row.kind and getattr(drone, row.kind, None) is not None:
+                which = f"airframe {drone.airframe!r} is of kind {frame.kind!r}"
+                yield Problem(f"drones.{place}.{row.kind}", f"{which}, must be {row.kind!r}")
+
+
+def _cameras(swarm: Swarm) -> Iterator[Problem]:
+    """Yield real drones that simulated cameras do not see."""
+    for place, drone in enumerate(swarm.drones if swarm.gateway.source == "simulated" else ()):
+        if drone.id in swarm.flying and swarm.real_address(drone.id) is not None:
+            yield Problem(
+                f"drones.{place}.{swarm.row(drone.id).kind}.address",
+                f"no tracker sees {uav(drone.id)}, gateway.source = 'simulated'; set a real tracker, or remove the "
+                "address to simulate the drone",
+            )
+
+
+def _reactions(swarm: Swarm) -> Iterator[Problem]:
+    """Yield limits of the staleness ladder that are slower than an airframe's own reaction."""
+    for name in dict.fromkeys(swarm.drone(number).airframe for number in swarm.flying):
+        row = swarm.airframe_row(name)
+        for key, lost, by_itself in (
+            ("command_land", "setpoints", row.without_setpoints),
+            ("pose_land", "poses", row.without_poses),
+            ("telemetry_land", "its link", row.without_link),
+        ):
+            if getattr(swarm.limits.staleness, key) >= by_itself.after:
+                when = f"{by_itself.after:g} s, after which airframe {name!r} {by_itself.does} by itself without {lost}"
+                yield Problem(f"limits.staleness.{key}", f"must be below {when}")
+
+
+def _bodies(swarm: Swarm) -> Iterator[Problem]:
+    owners: dict[str | int, int] = {}
+    for place, drone in enumerate(swarm.drones):
+        key, body = f"drones.{place}.body", swarm.body(drone.id)
+        if isinstance(body, int) and swarm.gateway.source != "natnet":
+            yield Problem(key, "only gateway.source = 'natnet' numbers bodies; must be a name")
+        if body in owners:
+            yield Problem(key, f"drone {owners[body]} has this body", repr(body))
+        owners[body] = drone.id
+    for place, obstacle in enumerate(swarm.tracked_obstacles):
+        key = f"tracked_obstacles.{place}.body"
+        if obstacle.body in owners:
+            yield Problem(key, f"drone {owners[obstacle.body]} has this body")
+        if swarm.avoidance.sensing != "nearby":
+            yield Problem(key, f"avoidance.sensing = {swarm.avoidance.sensing!r} does not sense it; must be 'nearby'")
+
+
+def _replay(swarm: Swarm) -> Iterator[Problem]:
+    if swarm.gateway.source == "replay" and not swarm.gateway.replay.trace:
+        yield Problem("gateway.replay.trace", "gateway.source = 'replay' needs the trace.mcap of an earlier flight")
+
+
 TABLES: tuple[Rule, ...] = (_leaders, _drones, _members, _law, _fence, _ordered)  # those of single tables
-RULES: tuple[Rule, ...] = (_graph, _heights, _starts)
+RULES: tuple[Rule, ...] = (_graph, _heights, _starts, _kinds, _cameras, _reactions, _bodies, _replay)

@@ -93,6 +93,7 @@ Delay = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]  # s
 Lag = Annotated[float, Field(ge=0, le=10, allow_inf_nan=False)]  # s
 Margin = Annotated[float, Field(ge=0, le=10, allow_inf_nan=False)]  # m
 Size = Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)]  # m
+Share = Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)]
 Probability = Annotated[float, Field(ge=0, le=1, allow_inf_nan=False)]
 Items = Annotated[tuple[Item, ...], Field(strict=False)]  # TOML has lists
 Point = Annotated[tuple[Finite, Finite, Finite], Field(strict=False)]
@@ -233,7 +234,7 @@ class Avoidance(Model):
     obstacle_gain: NotNegative = key(0.5, 'K_obs, of the potentials (law "paper")')
     drone_influence_radius: Size = key(0.5, "rho_uav: distance below which a drone repels", "m")
     obstacle_influence_radius: Size = key(0.5, "rho_obs, from the obstacle's surface", "m")
-    drone_safety_distance: Size = key(0.4, "r_safe_uav: minimum between centres", "m")
+    drone_safety_distance: Size = key(0.4, "r_safe_uav: minimum between centres, in height too (docs/safety.md)", "m")
     obstacle_safety_distance: Size = key(0.3, "r_safe_obs: minimum from the obstacle's surface", "m")
     margin: Margin = key(0.03, "added to both by the safety filter, for noise and model errors", "m")
     barrier_rate: Positive = key(5.0, "alpha: rate at which the safety filter lets a gap close", "1/s")

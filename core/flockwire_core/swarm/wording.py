@@ -1,4 +1,4 @@
-"""Values and suggestions in messages."""
+"""Bad inputs, and the values and suggestions in their messages."""
 
 from __future__ import annotations
 
@@ -6,6 +6,10 @@ from collections.abc import Iterable
 from datetime import date, time
 
 LONGEST = 60  # characters of a value that are shown
+
+
+class InputError(ValueError):
+    """A bad input, which a command refuses; each line of the text names a key, a file or an option, and the rule."""
 
 
 def one_of(words: Iterable[str]) -> str:

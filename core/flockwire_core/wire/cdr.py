@@ -9,15 +9,7 @@ from __future__ import annotations
 from struct import calcsize, pack, unpack_from
 from typing import Any, Final
 
-from librt.strings import (
-    BytesWriter,
-    read_f64_le,
-    read_i32_le,
-    read_i64_le,
-    write_f64_le,
-    write_i32_le,
-    write_i64_le,
-)
+from librt.strings import BytesWriter, read_f64_le, read_i32_le, read_i64_le, write_f64_le, write_i32_le, write_i64_le
 
 from flockwire_core.compiling import mypyc_attr
 from flockwire_core.domain.quaternion import Quaternion

@@ -24,8 +24,7 @@ from flockwire_core.wire.cdr import MessageError, Reader, Writer
 from flockwire_core.wire.law_form import read_law_message, write_law_message
 from flockwire_core.wire.orders import read_bids, read_mission, write_bids, write_mission
 from flockwire_core.wire.sighting import Sighting, read_sighting, write_sighting
-from flockwire_core.wire.status import Status
-from flockwire_core.wire.status_codec import read_status, write_status
+from flockwire_core.wire.status import Status, read_status, write_status
 
 
 class Message(Protocol):
@@ -222,8 +221,7 @@ CODECS: Final[dict[type[Any], Codec]] = {
     Signals: _codec(_write_signals, _read_signals),
     Mission: _codec(write_mission, read_mission),
     Stop: _codec(
-        lambda writer, stop: writer.text(stop.reason),
-        lambda stamp, frame, reader: Stop(stamp, frame, reader.text()),
+        lambda writer, stop: writer.text(stop.reason), lambda stamp, frame, reader: Stop(stamp, frame, reader.text())
     ),
     Status: _codec(write_status, read_status),
     Batch: _codec(write_batch, read_batch),

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import lru_cache, reduce
 from operator import or_
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from flockwire_core.domain.motion import LeaderMotion
-from flockwire_core.law import RELAYING, Information, Output, Pace, Sense
-from flockwire_core.objects import load_object
+from flockwire_core.law import RELAYING, STATE, Information, Output, Pace, Sense
+from flockwire_core.objects import FAILURES, load_object
 from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm
 
@@ -18,7 +18,7 @@ def information_of(swarm: Swarm) -> Information:
     """Return what the law declares; for one that cannot be loaded, as where only its trace is read, RELAYING."""
     try:
         return declared(swarm)
-    except Exception:
+    except FAILURES:
         return RELAYING
 
 
@@ -50,7 +50,27 @@ def _of_class(law: str) -> Information:
     found = getattr(load_object(law), "information", Information())
     if not isinstance(found, Information):
         raise TypeError(f"its information must be an Information, not {found!r}")
+    for name, default in Information._field_defaults.items():
+        value, kind = getattr(found, name), type(default)
+        if name != "message" and not isinstance(value, int | float if kind is float else kind):
+            raise TypeError(f"its information has {name} = {value!r}, must be of the type {kind.__name__}")
+    for name, allowed, rule in BOUNDS:
+        if not allowed(value := getattr(found, name)):
+            raise TypeError(f"its information has {name} = {value!r}, must be {rule}")
     return found
+
+
+def _counts(value: tuple[object, ...]) -> bool:
+    return len(value) == 2 and all(type(one) is int for one in value) and 0 <= value[0] <= value[1]  # type: ignore[operator]
+
+
+BOUNDS: Final[tuple[tuple[str, Callable[[Any], bool], str], ...]] = (  # of a field's value, and what it must be
+    ("radius", lambda value: 0.0 <= value <= 1000.0, "0 to 1000 m"),
+    ("silence", lambda value: 0.0 < value <= 60.0, "more than 0 s, at most 60 s"),
+    ("deadline", lambda value: 0.0 <= value <= 60.0, "0 to 60 s"),
+    ("own", lambda value: not value & ~STATE, "of POSITION and VELOCITY, or NOTHING"),
+    ("leaders", _counts, "two whole numbers, the least and the most"),
+)
 
 
 def relays(swarm: Swarm) -> bool:

@@ -36,6 +36,7 @@ from flockwire_core.wire.processes import (
     ROS,
     TELEOP,
     TRACKER,
+    Member,
     Process,
     Roster,
 )
@@ -67,15 +68,8 @@ class Delivery(Enum):
     BACKGROUND = "sent when there is time"
 
 
-class Owner(NamedTuple):
-    """The owner of a key: a drone, a process (as Member), or (both empty) the swarm."""
-
-    name: str = ""
-    drone: int | None = None
-
-
-Owners = Callable[[Roster], tuple[Owner, ...]]
-Who = Callable[[Roster, Owner], tuple[str, ...]]
+Owners = Callable[[Roster], tuple[Member, ...]]  # each a drone, a process, or (all empty) the swarm
+Who = Callable[[Roster, Member], tuple[str, ...]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,30 +89,24 @@ class KeyRow:
     largest: int
     delivery: Delivery = Delivery.STATE
     maximum_age: float | None = 1.0  # s; None: a message is valid until a newer one arrives
-    max_future: float = (
-        0.1  # s by which a stamp may be in the future: a bound on the offset between two machines' clocks
-    )
+    max_future: float = 0.1  # s by which a stamp may be ahead: a bound on the offset between two machines' clocks
     occasional: bool = False  # published only when there is something to report
     keep_all: bool = False  # there are several publishers, so the newest stamp must not win
 
 
 def _drones(which: Callable[[Swarm], tuple[int, ...]]) -> Owners:
-    return lambda roster: tuple(Owner(uav(i), i) for i in which(roster.swarm))
+    return lambda roster: tuple(Member(uav(i), i) for i in which(roster.swarm))
 
 
-def _everybody(_: Roster) -> tuple[Owner, ...]:
-    return (Owner(),)
+def _everybody(_: Roster) -> tuple[Member, ...]:
+    return (Member(""),)
 
 
 def _processes(which: Callable[[Process], bool]) -> Owners:
-    return lambda roster: tuple(Owner(*member) for one, member in roster.members.items() if which(roster.rows[one]))
+    return lambda roster: tuple(member for one, member in roster.members.items() if which(roster.rows[one]))
 
 
-def _steered(roster: Roster) -> tuple[Owner, ...]:
-    return tuple(Owner(uav(i), i) for i in roster.swarm.steered)
-
-
-def _steers(roster: Roster, owner: Owner) -> tuple[str, ...]:
+def _steers(roster: Roster, owner: Member) -> tuple[str, ...]:
     """Name who steers the leader that owns the key."""
     follows_ros = owner.drone is not None and roster.swarm.leading[owner.drone].follows_ros
     return (*roster.of(TELEOP), *(roster.of(ROS) if follows_ros else ()))
@@ -127,7 +115,7 @@ def _steers(roster: Roster, owner: Owner) -> tuple[str, ...]:
 def _ros_orders(*verbs: str) -> Who:
     """Name the process in ROS 2 if the file lets it give one of these orders."""
 
-    def who(roster: Roster, _: Owner) -> tuple[str, ...]:
+    def who(roster: Roster, _: Member) -> tuple[str, ...]:
         allowed = roster.swarm.ros.orders if roster.swarm.ros is not None else ()
         return roster.of(ROS) if set(verbs).intersection(allowed) else ()
 
@@ -142,72 +130,72 @@ def _any_of(*parts: Who) -> Who:
     return lambda roster, owner: tuple(identity for part in parts for identity in part(roster, owner))
 
 
-def _itself(_: Roster, owner: Owner) -> tuple[str, ...]:
-    return (owner.name,)
+def _itself(_: Roster, owner: Member) -> tuple[str, ...]:
+    return (owner.identity,)
 
 
-def _pilot(roster: Roster, owner: Owner) -> tuple[str, ...]:
+def _pilot(roster: Roster, owner: Member) -> tuple[str, ...]:
     return (roster.pilot[owner.drone],) if owner.drone is not None else ()
 
 
-def _neighbours(roster: Roster, owner: Owner) -> tuple[str, ...]:
+def _neighbours(roster: Roster, owner: Member) -> tuple[str, ...]:
     """Name the pilots of those with an edge from the owner."""
     return tuple(roster.pilot[i] for i in roster.swarm.topology.out_neighbours(owner.drone or 0))
 
 
-def _led(roster: Roster, owner: Owner) -> tuple[str, ...]:
+def _led(roster: Roster, owner: Member) -> tuple[str, ...]:
     """Name the agents with an edge from a leader, if the owner is its pilot and the law relays its motion.
 
     A tracked leader leads while its pose arrives, so its status is not needed.
     """
-    leader = _leader(roster, owner) if roster.pilot.get(owner.drone or 0) == owner.name else None
+    leader = _leader(roster, owner) if roster.pilot.get(owner.drone or 0) == owner.identity else None
     led = leader is not None and leader.kind != "tracked" and relays(roster.swarm)
     return _neighbours(roster, owner) if led else ()
 
 
-def _leader(roster: Roster, owner: Owner) -> Leader | None:
+def _leader(roster: Roster, owner: Member) -> Leader | None:
     """Return the table of the leader that is the owner; None for any other drone."""
     return roster.swarm.leading.get(owner.drone) if owner.drone is not None else None
 
 
-def _locating(roster: Roster, owner: Owner) -> tuple[str, ...]:
+def _locating(roster: Roster, owner: Member) -> tuple[str, ...]:
     """Name the gateway if the owner is the pilot of a tracked airframe: it reports that a pose is not its own."""
-    flying = owner.drone in roster.swarm.flying and roster.pilot.get(owner.drone) == owner.name
+    flying = owner.drone in roster.swarm.flying and roster.pilot.get(owner.drone) == owner.identity
     return roster.of(GATEWAY) if flying else ()
 
 
-def _driver(roster: Roster, owner: Owner) -> tuple[str, ...]:
+def _driver(roster: Roster, owner: Member) -> tuple[str, ...]:
     """Name the driver of a drone: its own, or the process of simulated airframes."""
     return roster.drivers(owner.drone) if owner.drone is not None else ()
 
 
-def _turning_driver(roster: Roster, owner: Owner) -> tuple[str, ...]:
+def _turning_driver(roster: Roster, owner: Member) -> tuple[str, ...]:
     """Name the driver of a drone that turns: it needs the heading."""
     swarm = roster.swarm
     turns = owner.drone in swarm.driven and owner.drone is not None and swarm.row(owner.drone).turns
     return _driver(roster, owner) if turns else ()
 
 
-def _walker(roster: Roster, _: Owner) -> tuple[str, ...]:
+def _walker(roster: Roster, _: Member) -> tuple[str, ...]:
     """Name the process that simulates the person who leads, who walks in the formation phase."""
     return roster.of(KINEMATICS) if roster.swarm.walking else ()
 
 
-def _cameras(roster: Roster, _: Owner) -> tuple[str, ...]:
+def _cameras(roster: Roster, _: Member) -> tuple[str, ...]:
     """Name the process that simulates the cameras: a simulated tracker, or the gateway; none if they are real."""
     return roster.of(TRACKER) or (roster.of(GATEWAY) if roster.swarm.gateway.source == "simulated" else ())
 
 
-def _virtual(roster: Roster, owner: Owner) -> bool:
+def _virtual(roster: Roster, owner: Member) -> bool:
     leader = _leader(roster, owner)
     return leader is not None and not leader.has_body
 
 
-def _pose_source(roster: Roster, owner: Owner) -> tuple[str, ...]:
+def _pose_source(roster: Roster, owner: Member) -> tuple[str, ...]:
     return (roster.pilot[owner.drone or 0],) if _virtual(roster, owner) else roster.of(GATEWAY)
 
 
-def _pose_readers(roster: Roster, owner: Owner) -> tuple[str, ...]:
+def _pose_readers(roster: Roster, owner: Member) -> tuple[str, ...]:
     """Name the drone itself, and its out-neighbours if they need the pose: the leader's to relay, or for avoidance."""
     pilot = () if _virtual(roster, owner) else _pilot(roster, owner)
     led = _leader(roster, owner) is not None and relays(roster.swarm)
@@ -215,12 +203,12 @@ def _pose_readers(roster: Roster, owner: Owner) -> tuple[str, ...]:
     return (*pilot, *(_neighbours(roster, owner) if needed else ()))
 
 
-def _other_hosts(roster: Roster) -> tuple[Owner, ...]:
+def _other_hosts(roster: Roster) -> tuple[Member, ...]:
     """Name the processes that may run on another host than the gateway, as an operator's command may."""
     (gateway,), operators = roster.of(GATEWAY), roster.of(*ORDERING, TELEOP)
     here = roster.host(gateway)
     return tuple(
-        Owner(*member)
+        member
         for one, member in roster.members.items()
         if one in operators or (roster.rows[one].started and roster.host(one) != here)
     )
@@ -235,6 +223,7 @@ _BIDDERS = _drones(lambda swarm: swarm.followers if swarm.auctioned else ())
 _SIGNALLING = _drones(lambda swarm: swarm.followers if swarm.control.own_law else ())
 _POSED = _drones(lambda swarm: tuple(sorted({*swarm.leaders, *swarm.tracked})))
 _SENSED = _drones(lambda swarm: swarm.flying if swarm.avoidance.sensing == "nearby" else ())
+_STEERED = _drones(lambda swarm: swarm.steered)
 _SIMULATED = _drones(lambda swarm: (*swarm.walking, *swarm.simulated))
 _STARTED, _BATCHING = _processes(lambda row: row.started), _processes(lambda row: row.batches)
 
@@ -271,7 +260,7 @@ TABLE = (
         _all(KINEMATICS, DRIVER, LEADING, AGENT), 400, 1024, Delivery.EVENT, maximum_age=120.0, max_future=120.0,
     ),
     KeyRow(BATCH, Batch, _BATCHING, _itself, _all(), 2 * SECOND // PERIOD, LARGEST, Delivery.BACKGROUND),
-    KeyRow(STEERING, Steer, _steered, _steers, _pilot, 200, 512),
+    KeyRow(STEERING, Steer, _STEERED, _steers, _pilot, 200, 512),
     KeyRow(  # between clocks with any offset
         TIME_REQUEST, TimeRequest, _other_hosts, _itself, _all(GATEWAY), 40, 512, maximum_age=None, max_future=ANY_TIME
     ),

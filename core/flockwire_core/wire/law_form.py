@@ -6,11 +6,11 @@ from collections.abc import Iterable, Iterator
 from math import isfinite
 from operator import index
 from struct import Struct, error
-from typing import Any, Final, cast, get_args, get_origin, get_type_hints
+from typing import Any, Final, SupportsIndex, cast, get_args, get_origin, get_type_hints
 
 from flockwire_core.domain.law_message import LawMessage
 from flockwire_core.domain.motion import LeaderMotion
-from flockwire_core.law import Information
+from flockwire_core.law import Information, is_number
 from flockwire_core.wire.cdr import MessageError, Reader, Writer
 
 UNDECLARED: Final = "the law returned a message, but its information declares none"
@@ -135,11 +135,12 @@ def _lines(name: str, code: str) -> Iterator[str]:
 def _flat(kind: Any, value: Any, name: str) -> Iterator[float]:  # noqa: ANN401
     """Yield the numbers of a field."""
     if kind is float:
-        number = float(value)
-        if not isfinite(number):
-            raise ValueError(f"message field {name} = {value!r}: must be finite")
-        yield number
+        if not is_number(value):
+            raise ValueError(f"message field {name} = {value!r}: must be a finite number")
+        yield float(value)
     elif kind is int:
+        if not isinstance(value, SupportsIndex):
+            raise ValueError(f"message field {name} = {value!r}: must be a whole number")
         yield index(value)
     else:
         parts = get_args(kind)

@@ -60,10 +60,7 @@ class Plan(Roster):
         self.to_operators = self._of_flows(lambda flow: not operators.isdisjoint(flow.subscribers))
         self._collect()
         self.links = self._links()
-        self.dials = {
-            one: tuple(other for other in linked if self._order[other] < self._order[one])
-            for one, linked in self.links.items()
-        }
+        self.dials = {one: self._before(one, linked) for one, linked in self.links.items()}
         self.hosts = {identity: self.host(identity) for identity in self.identities}
         self.endpoints = {identity: self._endpoint(identity) for identity in self.identities if self._listens(identity)}
         self.reserved = {identity: self._reserved(identity) for identity in self.endpoints if self._reserves(identity)}
@@ -148,7 +145,7 @@ class Plan(Roster):
                 publishers, subscribers = row.publishers(self, owner), row.subscribers(self, owner)
                 direct = row.delivery is not Delivery.STATE or not all(self.rows[one].batches for one in publishers)
                 recorders = self.recorders if direct else ()
-                yield Flow(Key(row.kind, owner.name), publishers, (*subscribers, *recorders))
+                yield Flow(Key(row.kind, owner.identity), publishers, (*subscribers, *recorders))
 
     def _collect(self) -> None:
         """Find the keys of each identity, and its partners, with which it exchanges a key, in the order of dialling."""
@@ -181,6 +178,10 @@ class Plan(Roster):
             return self.partners
         others = tuple(identity for identity in self.identities if identity not in self.routers)
         return {identity: others if identity in self.routers else self.routers for identity in self.identities}
+
+    def _before(self, one: str, others: tuple[str, ...]) -> tuple[str, ...]:
+        """Return those of `others` that `one` dials."""
+        return tuple(other for other in others if self._order[other] < self._order[one])
 
     def _listens(self, identity: str) -> bool:
         link = self.rows[identity].link

@@ -79,7 +79,7 @@ ROUTER = Process(
     "router",
     'Run the router of `[network] mode = "router"`.',
     lambda swarm: (Member("router"),) if swarm.network.mode == "router" else (),
-    "flockwire_core.process.router:make_core",
+    "flockwire_core.process.bystander:make_router",
     port=4,
     rank=3,
     link=Link.ROUTER,
@@ -155,7 +155,7 @@ RECORDER = Process(
     "recorder",
     "Record every message into OUT/trace.mcap.",
     _one("recorder"),
-    "flockwire_recorder.core:make_core",
+    "flockwire_core.process.bystander:make_recorder",
     port=3,
     rank=5,
     runner="flockwire_recorder.process:run",
@@ -176,15 +176,7 @@ ROS = Process(
     replay="flockwire_operator.ros.replay:play",
     only_if="a table [ros]",
 )
-OPERATOR = Process(
-    "operator",
-    "Give orders.",
-    _one("operator"),
-    "",
-    port=0,
-    link=Link.DIALS,
-    rank=6,
-)
+OPERATOR = Process("operator", "Give orders.", _one("operator"), "", port=0, link=Link.DIALS, rank=6)
 TELEOP = replace(
     OPERATOR,
     kind="teleop",

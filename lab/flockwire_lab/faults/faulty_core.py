@@ -44,15 +44,12 @@ class FaultyCore:
         """Receive a message, edited."""
         if self._took_off is None:
             self._took_off = self._takeoff(key, message, now)
-        if key.kind == "truth" and isinstance(message, Pose):
+        edited: Message | None = message
+        if key.kind == "truth":
             self._change(message.stamp)
-            edited: Message | None = message
-            for fault, since in self._active(message.stamp):
-                edited = fault.edit_input(key, edited, since) if edited is not None else None
-            if edited is None:
-                return
-            message = edited
-        self._core.receive(key, message, now)
+            edited = self._edited(key, message, message.stamp)
+        if edited is not None:
+            self._core.receive(key, edited, now)
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Return what the core publishes, edited."""
@@ -61,10 +58,8 @@ class FaultyCore:
         messages = list(self._core.step(now))
         if self._took_off is None and getattr(self._core, "flies", False):
             self._took_off = now
-        for fault, since in self._active(now):
-            edited = ((key, fault.edit_output(key, message, since, now)) for key, message in messages)
-            messages = [(key, message) for key, message in edited if message is not None]
-        return messages
+        edited = ((key, self._edited(key, message, now)) for key, message in messages)
+        return [(key, message) for key, message in edited if message is not None]
 
     @property
     def sockets(self) -> tuple[Address, ...]:
@@ -99,6 +94,14 @@ class FaultyCore:
             return []
         t = (at - self._took_off) / SECOND
         return [(fault, t - fault.at) for fault in self._faults if 0.0 <= t - fault.at < fault.lasts]
+
+    def _edited(self, key: Key, message: Message, at: int) -> Message | None:
+        """Return `message` as the faults that act at `at` (Unix ns) make it; None: it is lost."""
+        edited: Any = message  # of the kind that the fault edits
+        for fault, since in self._active(at):
+            if edited is not None and key.kind in fault.edits and key.owner in map(uav, fault.named_drones().values()):
+                edited = fault.edit(edited, since, at)
+        return cast("Message | None", edited)
 
     def _change(self, at: int) -> None:
         """Set the conditions of what the core simulates to those at `at` (Unix ns)."""

@@ -13,13 +13,13 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from flockwire_analysis import FAULTS
 from flockwire_core.swarm.reading import read_toml
 from flockwire_core.swarm.tables import Items, Model
 from flockwire_core.swarm.validation import validate
-from flockwire_core.swarm.wording import meant
+from flockwire_core.swarm.wording import InputError, meant
 from flockwire_core.wire.plan import Plan
 from pydantic import Field
 
@@ -27,25 +27,21 @@ from flockwire_lab.faults.kinds import Fault
 from flockwire_lab.faults.targets import targets
 
 
-class FaultFileError(ValueError):
-    """A bad fault file; each line of the text names one key, its value and the rule."""
-
-
 class _File(Model):
     faults: Items[Annotated[Fault, Field(discriminator="kind")]] = ()
 
 
 def load_faults(path: Path, plan: Plan) -> tuple[Fault, ...]:
-    """Read and check the faults for the swarm of `plan` in the file `path`; raises FaultFileError."""
-    return parse_faults(read_toml(path, "faults", FaultFileError), plan, str(path))
+    """Read and check the faults for the swarm of `plan` in the file `path`; raises InputError."""
+    return parse_faults(read_toml(path, "faults", InputError), plan, str(path))
 
 
-def parse_faults(table: dict[str, object], plan: Plan, origin: str) -> tuple[Fault, ...]:
-    """Check the content `table` of the fault file `origin`; raises FaultFileError."""
-    faults = validate(_File, table, origin, FaultFileError).faults
+def parse_faults(table: dict[str, object], plan: Plan, origin: str, file: type[Any] = _File) -> tuple[Any, ...]:
+    """Check the content `table` of the fault file `origin`, a `file`; returns its faults. Raises InputError."""
+    faults: tuple[Any, ...] = validate(file, table, origin, InputError).faults
     problems = list(_problems(faults, plan))
     if problems:
-        raise FaultFileError("\n".join(f"{origin}: {line}" for line in problems))
+        raise InputError("\n".join(f"{origin}: {line}" for line in problems))
     return faults
 
 
@@ -69,6 +65,8 @@ def _problems(faults: tuple[Fault, ...], plan: Plan) -> Iterator[str]:
         known = fault.possible(plan)
         for name, number in fault.named_drones().items():
             if number not in known:
-                yield f"{key}.{name} = {number}: there is no such drone; must be one of {list(known)}"
+                spared = f"{fault.kind} cannot happen to it, by its airframe or part"
+                rule = spared if number in plan.pilot else "there is no such drone"
+                yield f"{key}.{name} = {number}: {rule}; must be one of {list(known)}"
         for name, problem in fault.problems(plan):
             yield f"{key}.{name} = {problem}"

@@ -65,20 +65,19 @@ class FaultInjector:
             case ClockStep():
                 self._processes[fault.process].clock.step(nanoseconds(fault.step))
             case Cut():
-                self._cut([self._links[fault.source, fault.target]], fault.duration)
+                self._disturb([self._links[fault.source, fault.target]], None, fault.duration)
             case Partition():
                 inside = set(fault.processes)
-                self._cut([link for ends, link in self._links.items() if self._parts(ends, inside)], fault.duration)
+                parted = [link for ends, link in self._links.items() if self._parts(ends, inside)]
+                self._disturb(parted, None, fault.duration)
             case LinkChange():
-                link = self._links[fault.source, fault.target]
                 conditions = Conditions(fault.delay, fault.jitter, fault.loss, fault.reordering)
-                link.impose(conditions)
-                self._after(fault.duration, lambda _: link.lift(conditions))
+                self._disturb([self._links[fault.source, fault.target]], conditions, fault.duration)
 
-    def _cut(self, links: list[VirtualLink], duration: float) -> None:
+    def _disturb(self, links: list[VirtualLink], by: Conditions | None, duration: float) -> None:
         for link in links:
-            link.cut()
-            self._after(duration, VirtualLink.mend, link)
+            link.disturb(by)
+            self._after(duration, link.restore, by)
 
     def _after(self, seconds: float, action: Action, argument: object = None) -> None:
         self._scheduler.at(self._scheduler.now + nanoseconds(seconds), action, argument)

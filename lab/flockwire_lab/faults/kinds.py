@@ -20,7 +20,6 @@ from flockwire_core.domain.vector import add, scale
 from flockwire_core.swarm.model import uav
 from flockwire_core.swarm.tables import Finite, Items, Model, NotNegative, Point, Positive, Probability
 from flockwire_core.wire.codec import Message
-from flockwire_core.wire.keys import Key
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import Process
 from flockwire_twins.simulated_airframe import Wear
@@ -41,6 +40,7 @@ class FaultKind(Model):
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, populate_by_name=True)
     cores: ClassVar[tuple[Process, ...]] = ()  # whose cores it wraps
+    edits: ClassVar[tuple[str, ...]] = ()  # kinds of keys, of whose messages it edits those of its drones
     sim_only: ClassVar[bool] = False
 
     at: NotNegative
@@ -76,13 +76,9 @@ class FaultKind(Model):
     def prepare(self, stand_in: Any) -> None:  # noqa: ANN401  (what the core simulates)
         """Announce what it will need; called once, before the core steps."""
 
-    def edit_input(self, key: Key, message: Message, since: float) -> Message | None:
-        """Return `message`, a true pose, as the core receives it; None: it does not."""
-        return message
-
-    def edit_output(self, key: Key, message: Message, since: float, now: int) -> Message | None:
-        """Return `message` as the core publishes it at `now` (Unix ns); None: it does not."""
-        return message
+    def edit(self, message: Any, since: float, now: int) -> Message | None:  # noqa: ANN401  (by `edits`)
+        """Return `message`, of `edits`, as the core publishes or receives it at `now` (Unix ns); None: not at all."""
+        raise NotImplementedError
 
     def change(self, conditions: Any, since: float) -> Any:  # noqa: ANN401  (of its stand-in)
         """Return the `conditions` of the simulated cameras or airframes while it lasts."""
@@ -186,14 +182,12 @@ class TrackerLoss(_DroneFault):
 class FalsePose(_DroneFault):
     """The tracker reports the drone at a place that moves away from it at `velocity` (m/s)."""
 
-    cores = CAMERAS
+    cores, edits = CAMERAS, ("truth",)
     kind: Literal["false_pose"]
     velocity: Point
     duration: Positive
 
-    def edit_input(self, key: Key, message: Message, since: float) -> Message:
-        if not isinstance(message, Pose) or key.owner != uav(self.drone):
-            return message
+    def edit(self, message: Pose, since: float, now: int) -> Pose:
         return message._replace(position=add(message.position, scale(self.velocity, since)))
 
 
@@ -297,6 +291,7 @@ class AirframeWear(_AirframeFault):
 class FalseHeight(_AirframeFault):
     """The telemetry of an airframe without a driver of its own reports a height that is `offset` (m) too large."""
 
+    edits = ("telemetry",)
     kind: Literal["false_height"]
     offset: Finite
     duration: Positive
@@ -304,9 +299,7 @@ class FalseHeight(_AirframeFault):
     def possible(self, plan: Plan) -> tuple[int, ...]:
         return tuple(i for i in plan.swarm.flying if i not in plan.swarm.driven)  # those have drivers of their own
 
-    def edit_output(self, key: Key, message: Message, since: float, now: int) -> Message:
-        if not isinstance(message, Telemetry) or key.owner != uav(self.drone):
-            return message
+    def edit(self, message: Telemetry, since: float, now: int) -> Telemetry:
         return message._replace(height=message.height + self.offset)
 
 
@@ -336,12 +329,11 @@ class _AgentFault(_DroneFault):
 class FalseEstimate(_AgentFault):
     """The follower publishes a leader estimate that moves away from its own one at `velocity` (m/s)."""
 
+    edits = ("estimate",)
     kind: Literal["false_estimate"]
     velocity: Point
 
-    def edit_output(self, key: Key, message: Message, since: float, now: int) -> Message:
-        if not isinstance(message, Estimate):
-            return message
+    def edit(self, message: Estimate, since: float, now: int) -> Estimate:
         x, v, a = message.motion.fields()
         motion = LeaderMotion(add(x, scale(self.velocity, since)), add(v, self.velocity), a)
         return message._replace(motion=motion)
@@ -350,24 +342,22 @@ class FalseEstimate(_AgentFault):
 class FalseAge(_AgentFault):
     """The follower claims that the leader leads and that its data of the leader is `age` (s) old."""
 
+    edits = ("estimate",)
     kind: Literal["false_age"]
     age: NotNegative
 
-    def edit_output(self, key: Key, message: Message, since: float, now: int) -> Message:
-        if not isinstance(message, Estimate):
-            return message
+    def edit(self, message: Estimate, since: float, now: int) -> Estimate:
         return message._replace(origin=now - nanoseconds(self.age), hops=0, leading=Leading.LEADS)
 
 
 class FalseBids(_AgentFault):
     """The follower claims every place of an auction at `price` (m²)."""
 
+    edits = ("bids",)
     kind: Literal["false_bids"]
     price: Positive
 
-    def edit_output(self, key: Key, message: Message, since: float, now: int) -> Message:
-        if not isinstance(message, Bids):
-            return message
+    def edit(self, message: Bids, since: float, now: int) -> Bids:
         return message._replace(bids=(Bid(self.price, self.drone),) * len(message.bids))
 
 

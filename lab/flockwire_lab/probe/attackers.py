@@ -83,20 +83,20 @@ class Attack:
         for session in self._sessions:
             liveliness = session.liveliness()
             for pattern in patterns:
-                self._hold(
+                self._held.append(
                     session.declare_subscriber(pattern, _direct(self._receive), allowed_origin=zenoh.Locality.REMOTE)
                 )
                 session.get(pattern, _direct(self._answer), timeout=query_timeout)
             for pattern in ("**", f"{name}/**"):
-                self._hold(liveliness.declare_subscriber(pattern, _direct(self._receive)))
+                self._held.append(liveliness.declare_subscriber(pattern, _direct(self._receive)))
                 liveliness.get(pattern, _direct(self._answer), timeout=query_timeout)
 
     def forge(self) -> None:
         """Publish a canary on every key, delete every key, and declare a queryable for all of them."""
         tries = 4  # canaries on each key
         for session in self._sessions:
-            self._hold(session.declare_queryable(f"{self._plan.swarm.name}/**", _direct(lambda _: None)))
-            self._hold(session.liveliness().declare_token(f"{self._plan.swarm.name}/alive"))
+            self._held.append(session.declare_queryable(f"{self._plan.swarm.name}/**", _direct(lambda _: None)))
+            self._held.append(session.liveliness().declare_token(f"{self._plan.swarm.name}/alive"))
         for _ in range(tries):
             for session in self._sessions:
                 for text in self._keys:
@@ -111,9 +111,6 @@ class Attack:
     def keys_received(self) -> set[Key]:
         """Return the swarm's keys on which data of others arrived, by sample or by answer."""
         return {self._keys[text] for text in self.received | self.answered if text in self._keys}
-
-    def _hold(self, declared: object) -> None:
-        self._held.append(declared)
 
     def _linked(self) -> int:
         return sum(len(session.info.links()) for session in self._sessions)

@@ -9,48 +9,28 @@ from collections import deque
 from collections.abc import Callable
 from random import Random
 
+from flockwire_lab.network import Conditions, DirectedLink
+
 MOST_HELD = 262_144  # bytes of one connection and direction; beyond, reading stops and TCP makes the sender wait
 END = b""  # stands for the end of a connection's bytes
 
 
-class Direction:
+class Direction(DirectedLink):
     """One direction of a link; calls `changed` whenever a fault begins or ends."""
 
     def __init__(self, name: str, changed: Callable[[], None]) -> None:
-        self._cuts = 0
-        self._delays: list[tuple[float, float]] = []  # the last one counts
+        super().__init__(Conditions())
         self._random = Random(name)  # noqa: S311  (not for secrets)
         self._changed = changed
 
-    @property
-    def passable(self) -> bool:
-        """Whether bytes pass."""
-        return not self._cuts
-
-    def cut(self) -> None:
-        """Block all bytes until `mend` has been called as often."""
-        self._cuts += 1
-        self._changed()
-
-    def mend(self) -> None:
-        """Undo one `cut`."""
-        self._cuts -= 1
-        self._changed()
-
-    def slow(self, delay: float, jitter: float) -> None:
-        """Delay bytes from now on by `delay` to `delay` + `jitter`, s, until `lift` is called with the same values."""
-        self._delays.append((delay, jitter))
-        self._changed()
-
-    def lift(self, delay: float, jitter: float) -> None:
-        """Undo one `slow`."""
-        self._delays.remove((delay, jitter))
+    def _update(self) -> None:
+        super()._update()
         self._changed()
 
     def arrival(self, now: float, last: float) -> float:
         """Return the arrival of bytes sent at `now`: not before `last`, that of earlier bytes."""
-        delay, jitter = self._delays[-1] if self._delays else (0.0, 0.0)
-        return max(now + delay + jitter * self._random.random(), last)
+        present = self.conditions
+        return max(now + present.delay + present.jitter * self._random.random(), last)
 
 
 class Stream:

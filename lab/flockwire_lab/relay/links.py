@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Self
 
-from flockwire_core.runtime.detours import detour_environment
+from flockwire_core.runtime.job import detour_environment
 from flockwire_core.wire.plan import Plan
 
 from flockwire_lab.faults.kinds import Cut, Fault, LinkChange, Partition
 from flockwire_lab.faults.targets import targets
+from flockwire_lab.network import Conditions
 from flockwire_lab.relay.direction import Direction
 from flockwire_lab.relay.relay import Relay
 
@@ -83,19 +84,14 @@ class Relays:
 
     def inject(self, fault: LinkFault) -> Undo:
         """Inject `fault`; returns a function that ends it."""
+        by = Conditions(fault.delay, fault.jitter) if isinstance(fault, LinkChange) else None
         changed = [self._directions[ends] for ends in directions(fault, self._plan)]
         for direction in changed:
-            if isinstance(fault, LinkChange):
-                direction.slow(fault.delay, fault.jitter)
-            else:
-                direction.cut()
+            direction.disturb(by)
 
         def undo() -> None:
             for direction in changed:
-                if isinstance(fault, LinkChange):
-                    direction.lift(fault.delay, fault.jitter)
-                else:
-                    direction.mend()
+                direction.restore(by)
 
         return undo
 

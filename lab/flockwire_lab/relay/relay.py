@@ -6,9 +6,106 @@ It passes bytes on and reads nothing: the link is TLS from end to end.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 
-from flockwire_lab.relay.connection import Connection
-from flockwire_lab.relay.direction import Direction
+from flockwire_lab.relay.direction import END, Direction, Stream
+
+
+class Pipe:
+    """The bytes of one connection in one direction, from a reader to a writer."""
+
+    def __init__(self, direction: Direction) -> None:
+        self.stream = Stream(direction)
+        self._changed, self._room = asyncio.Event(), asyncio.Event()
+
+    def check(self) -> None:
+        """Check the held bytes again: the link changed."""
+        self._changed.set()
+
+    async def fill(self, reader: asyncio.StreamReader) -> None:
+        """Receive bytes up to their end, while there is room; any failure is an end."""
+        largest = 65_536  # bytes of one read
+        data = None
+        while data != END:
+            try:
+                data = await reader.read(largest)
+            except OSError:
+                data = END
+            self.stream.take(data, asyncio.get_running_loop().time())
+            self._changed.set()
+            while self.stream.full:
+                self._room.clear()
+                await self._room.wait()
+
+    async def empty(self, writer: asyncio.StreamWriter) -> None:
+        """Write the bytes as they become due, then their end; end earlier if nobody takes them."""
+        with contextlib.suppress(OSError):
+            while await self._write_due(writer):
+                with contextlib.suppress(TimeoutError):
+                    async with asyncio.timeout_at(self.stream.next_arrival()):
+                        await self._changed.wait()
+
+    async def _write_due(self, writer: asyncio.StreamWriter) -> bool:
+        """Write what is due; returns whether more may follow."""
+        self._changed.clear()
+        for data in self.stream.due(asyncio.get_running_loop().time()):
+            if data == END:
+                writer.write_eof()
+                return False
+            if writer.is_closing():
+                return False
+            writer.write(data)
+        self._room.set()
+        await writer.drain()
+        return True
+
+
+class Connection:
+    """A dialler's connection, and the one to the listener; made in the task that runs it."""
+
+    def __init__(self, there: Direction, back: Direction) -> None:
+        self.pipes = (Pipe(there), Pipe(back))
+        self._task = asyncio.current_task()
+        self._writers: list[asyncio.StreamWriter] = []  # to the dialler, then to the listener
+
+    def abort(self) -> None:
+        """End it at once; bytes that are not sent yet are lost."""
+        for writer in self._writers:
+            writer.transport.abort()
+        if self._task is not None:
+            self._task.cancel()
+
+    async def run(
+        self,
+        reader: asyncio.StreamReader,
+        writer: asyncio.StreamWriter,
+        address: tuple[str, int],
+        passable: asyncio.Event,
+    ) -> None:
+        """Pass on the dialler's bytes, and those of the listener at `address` once the link is `passable`.
+
+        It ends when each direction has ended or has nobody who takes its bytes, when nobody listens, or when the
+        dialler gives up before it is answered.
+        """
+        there, back = self.pipes
+        self._writers.append(writer)
+        try:
+            async with asyncio.TaskGroup() as group:
+                filling = [group.create_task(there.fill(reader))]
+                filling[0].add_done_callback(lambda _: self.abort() if len(self._writers) < 2 else None)
+                await passable.wait()
+                far_reader, far_writer = await asyncio.open_connection(*address)
+                self._writers.append(far_writer)
+                filling.append(group.create_task(back.fill(far_reader)))
+                await asyncio.wait([group.create_task(there.empty(far_writer)), group.create_task(back.empty(writer))])
+                for one in filling:
+                    one.cancel()
+        except* OSError:  # the dialler tries again
+            pass
+        finally:
+            for each in self._writers:
+                each.close()
+
 
 HERE = "127.0.0.1"  # the dialler is on this host, and every certificate is good for loopback
 MOST_CONNECTIONS = 8  # the dialler needs one; beyond, the oldest is closed
@@ -23,7 +120,7 @@ class Relay:
         self._address = address
         self._passable = asyncio.Event()
         self._passable.set()
-        self._connections: list[Connection] = []
+        self.connections: list[Connection] = []
         self._server: asyncio.Server | None = None
 
     async def start(self) -> str:
@@ -31,33 +128,23 @@ class Relay:
         self._server = await asyncio.start_server(self._accept, HERE, 0)
         return f"{HERE}:{self._server.sockets[0].getsockname()[1]}"
 
-    @property
-    def connections(self) -> int:
-        """The number of connections, including those that wait."""
-        return len(self._connections)
-
-    @property
-    def held(self) -> int:
-        """The held bytes of all connections, in both directions."""
-        return sum(pipe.held for connection in self._connections for pipe in connection.pipes)
-
     def end(self) -> None:
         """Close everything at once."""
         if self._server is not None:
             self._server.close()
-        for connection in self._connections:
+        for connection in self.connections:
             connection.abort()
 
     async def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        if len(self._connections) >= MOST_CONNECTIONS:
-            self._connections.pop(0).abort()
+        if len(self.connections) >= MOST_CONNECTIONS:
+            self.connections.pop(0).abort()
         connection = Connection(self.there, self.back)
-        self._connections.append(connection)
+        self.connections.append(connection)
         try:
             await connection.run(reader, writer, self._address, self._passable)
         finally:
-            if connection in self._connections:
-                self._connections.remove(connection)
+            if connection in self.connections:
+                self.connections.remove(connection)
 
     def _changed(self) -> None:
         """Pass on due bytes; a new connection needs both directions, as in TCP."""
@@ -65,6 +152,6 @@ class Relay:
             self._passable.set()
         else:
             self._passable.clear()
-        for connection in self._connections:
+        for connection in self.connections:
             for pipe in connection.pipes:
                 pipe.check()

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
+from flockwire_core.swarm.wording import InputError
+
 from flockwire_lab.search.choosing import BATCH, Candidate, Chooser, Draws
 from flockwire_lab.search.flight import Judged, Order
 from flockwire_lab.search.space import SearchPlan, Space
-from flockwire_lab.study.file import StudyError
 from flockwire_lab.study.ledger import Ledger
 
 
@@ -36,7 +37,7 @@ def conduct(
 
     A search flies the `corpus` first.
 
-    Raises StudyError if the ledger's flights are not those that the plan asks for.
+    Raises InputError if the ledger's flights are not those that the plan asks for.
     """
     seeker, waiting, number = _chooser(plan, space), list(corpus), 0
     while number < plan.runs:
@@ -60,11 +61,11 @@ def _entries(asked: dict[int, Candidate], space: Space, ledger: Ledger[Entry], f
             try:
                 orders.append((place, space.case(candidate.point, candidate.seed)))
                 continue
-            except StudyError as error:
+            except InputError as error:
                 entry = Entry(place, candidate, Judged({}, refused=str(error).replace("\n", "; ")))
                 ledger.add(entry)
         if entry.asked != candidate:
-            raise StudyError(f"flight {place} of the folder is not the one that this search asks for")
+            raise InputError(f"flight {place} of the folder is not the one that this search asks for")
         yield entry
     for place, judged in flown(orders) if orders else ():
         entry = Entry(place, asked[place], judged)

@@ -15,12 +15,12 @@ from itertools import pairwise
 from math import inf
 from pathlib import Path
 
+from flockwire_core.swarm.wording import InputError
 from pydantic import TypeAdapter, ValidationError
 
 from flockwire_lab.search.campaign import Entry
 from flockwire_lab.search.choosing import USUAL, Candidate, scaled
 from flockwire_lab.search.flight import Judged
-from flockwire_lab.study.file import StudyError
 from flockwire_lab.study.ledger import RUNS
 
 
@@ -87,14 +87,14 @@ class Again:
 def read(folder: Path, size: int) -> Corpus:
     """Return the corpus of the search in `folder`, in the order of `chosen`.
 
-    Raises StudyError for one of another space than `size` values.
+    Raises InputError for one of another space than `size` values.
     """
     try:
         found = flown(folder)
     except (OSError, UnicodeDecodeError, ValidationError):
-        raise StudyError(f"--corpus = {folder}: must be the folder of a search") from None
+        raise InputError(f"--corpus = {folder}: must be the folder of a search") from None
     if other := {len(entry.asked.point) for entry in found} - {size}:
-        raise StudyError(f"--corpus = {folder}: its flights have {min(other)} values, those of this search {size}")
+        raise InputError(f"--corpus = {folder}: its flights have {min(other)} values, those of this search {size}")
     return Corpus(tuple(chosen(found)), _least(found), len(found))
 
 

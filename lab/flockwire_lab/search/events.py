@@ -1,4 +1,4 @@
-"""What happens to the operators of a virtual flight, beside the faults of process/faults.py; one file has both."""
+"""What happens to the operators of a virtual flight, beside the faults of faults/kinds.py; one file has both."""
 
 from __future__ import annotations
 
@@ -9,16 +9,15 @@ from typing import Annotated, Any, Literal
 from flockwire_core.domain.time import nanoseconds
 from flockwire_core.ground.order import Order
 from flockwire_core.swarm.tables import Items, Model, NotNegative, Positive
-from flockwire_core.swarm.validation import validate
+from flockwire_core.swarm.wording import InputError
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import CONSOLE, DRIVER, KINEMATICS, OPERATOR
 from pydantic import Field
 
 from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.faults.injection import refusal
-from flockwire_lab.faults.kinds import ClockStep, Fault, Freeze
+from flockwire_lab.faults.kinds import ClockStep, Fault, FaultKind, Freeze
 from flockwire_lab.search.record import Recorder
-from flockwire_lab.study.file import StudyError
 from flockwire_lab.world import World
 
 STOP, TOLD_TO_END, STATION_FROZEN, STATION_LOST = "stop", "told to end", "station frozen", "station lost"
@@ -29,37 +28,33 @@ EVENTS = (STOP, TOLD_TO_END, STATION_FROZEN, STATION_LOST, SECOND_STATION)
 LaterOrder = Annotated[tuple[NotNegative, Literal["hold", "land", "start"]], Field(strict=False)]
 
 
-class _Event(Model):
-    at: NotNegative  # s after the order to take off
-
-
-class StopOrder(_Event):
+class StopOrder(FaultKind):
     """The operator orders an emergency stop."""
 
     kind: Literal["stop"]
 
 
-class Retirement(_Event):
+class Retirement(FaultKind):
     """A process gets SIGTERM."""
 
     kind: Literal["told to end"]
     process: str
 
 
-class StationFreeze(_Event):
+class StationFreeze(FaultKind):
     """The operator that conducts the flight is frozen."""
 
     kind: Literal["station frozen"]
     duration: Positive
 
 
-class StationLoss(_Event):
+class StationLoss(FaultKind):
     """The operator ends at once, and with it the parent of all processes: they get SIGTERM."""
 
     kind: Literal["station lost"]
 
 
-class SecondStation(_Event):
+class SecondStation(FaultKind):
     """Another station gives `orders`, each some s after the one before."""
 
     kind: Literal["second station"]
@@ -70,20 +65,16 @@ Event = StopOrder | Retirement | StationFreeze | StationLoss | SecondStation
 
 
 class _File(Model):
-    faults: Items[Annotated[Event, Field(discriminator="kind")]] = ()
+    faults: Items[Annotated[Fault | Event, Field(discriminator="kind")]] = ()
 
 
 def parse_events(tables: list[dict[str, Any]], plan: Plan, origin: str) -> tuple[tuple[Fault, ...], tuple[Event, ...]]:
-    """Return the faults for the world, and the events; raises FaultFileError, StudyError for bad ones."""
-    faults = parse_faults({"faults": [one for one in tables if one.get("kind") not in EVENTS]}, plan, origin)
-    listed = [one for one in tables if one.get("kind") in EVENTS]
-    events = validate(_File, {"faults": listed}, origin, StudyError).faults
-    pilots = list(plan.pilots.values())
-    for event in events:
-        if isinstance(event, Retirement) and event.process not in plan.identities:
-            raise StudyError(f"{origin}: process = {event.process!r}: must be one of {', '.join(pilots)}")
+    """Return the faults for the world, and the events; raises InputError for bad ones."""
+    listed = parse_faults({"faults": tables}, plan, origin, _File)
+    events = tuple(one for one in listed if isinstance(one, Event))
+    faults = tuple(one for one in listed if not isinstance(one, Event))
     if cannot := refusal(faults, plan):
-        raise StudyError("\n".join(f"{origin}: {line}" for line in cannot.split("\n")))
+        raise InputError("\n".join(f"{origin}: {line}" for line in cannot.split("\n")))
     return faults, events
 
 

@@ -8,23 +8,21 @@ from math import inf, sqrt
 from typing import Literal
 
 from flockwire_core.domain.time import SECOND, nanoseconds
-from flockwire_core.loading import SwarmFileError, parse_swarm
+from flockwire_core.loading import parse_swarm
 from flockwire_core.process.driving import GRAVITY
 from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.swarm.wording import InputError
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import CONSOLE
 
 from flockwire_lab.coverage import events
-from flockwire_lab.faults.file import FaultFileError
 from flockwire_lab.faults.kinds import AirframeFailure, ClockStep, Fault, Visitor
 from flockwire_lab.search.events import Event, EventInjector, SecondStation, parse_events
-from flockwire_lab.search.flown import Flown
 from flockwire_lab.search.formation import tails
 from flockwire_lab.search.liveness import Recovery
-from flockwire_lab.search.margin import BOUNDS, Bounds, Margin
+from flockwire_lab.search.margin import BOUNDS, Bounds, Flown, Margin
 from flockwire_lab.search.record import Recorder
 from flockwire_lab.search.robustness import margins
-from flockwire_lab.study.file import StudyError
 from flockwire_lab.study.variation import Table
 from flockwire_lab.world import EPOCH, World
 
@@ -111,7 +109,7 @@ class Flight:
         else:
             failure = world.run().failure
         end = scheduler.now
-        if recorder.was_stopped or self._fails:  # the flight is over when all motors are off: let the drones fall
+        if recorder.stopped is not None or self._fails:  # it is over when all motors are off: let the drones fall
             scheduler.run(end + fall_time(world.swarm))
         if self._shared and not recorder.all_down():  # `up` ends the processes that it started
             self._injector.retire()
@@ -144,7 +142,7 @@ def fly(case: Case, say: Callable[[str], None] | None = None, bounds: Bounds = B
     try:
         swarm = parse_swarm(case.table, "the swarm of the search")
         injected = parse_events(case.faults, Plan(swarm.in_simulation()), "the faults of the search")
-    except (SwarmFileError, FaultFileError, StudyError) as error:
+    except InputError as error:
         return Judged({}, refused=str(error).replace("\n", "; "))
     flight = Flight(swarm, case.seed, case.duration, injected, case.mode, say)
     return judge(flight.fly(bounds), flight.recorder, case.faults, bounds)

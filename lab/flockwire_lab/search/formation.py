@@ -49,7 +49,7 @@ def errors(recorder: Recorder, swarm: Swarm, start: Mission, begin: int, end: in
     sole = swarm.sole_leader
     leader = np.array([places[uav(sole)] if sole is not None else (np.nan,) * 3 for places in true])
     places = {i: leader + _offsets(recorder, swarm, start, rank, times) for rank, i in enumerate(swarm.followers)}
-    nothing = {i: np.full(len(times), -np.inf) for i in places}
+    nothing = dict.fromkeys(places, np.full(len(times), -np.inf))
     taken = taken_places(swarm, times, places, drones, nothing)
     found = dict[str, Errors]()
     for i, place in places.items():

@@ -52,7 +52,7 @@ class Recovery:
             if self._recorder.all_down():
                 self._world.scheduler.stop()
                 return
-        elif self._recorder.began and now >= self._healed:
+        elif self._recorder.took_off is not None and now >= self._healed:
             self._judge(now)
         self._world.scheduler.at(self._world.scheduler.now + nanoseconds(EVERY), self._look)
 

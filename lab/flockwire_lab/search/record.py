@@ -25,7 +25,7 @@ from flockwire_core.wire.status import Status
 
 from flockwire_lab.flight import TraceInMemory
 from flockwire_lab.process import Published
-from flockwire_lab.search.flown import Flown, Reports, States
+from flockwire_lab.search.margin import Flown, Reports, States
 from flockwire_lab.world import EPOCH
 
 Kind = TypeVar("Kind")
@@ -43,7 +43,7 @@ class Recorder:
         self._stale = plan.swarm.limits.staleness
         self._pilots = {identity: uav(drone) for drone, identity in plan.pilots.items()}
         self._taken = TraceInMemory(plan.swarm, 0)
-        self._took_off: int | None = None
+        self.took_off: int | None = None  # when the first order was given, Unix ns
         self._at = EPOCH
         self._truth: dict[str, list[tuple[int, Vector]]] = defaultdict(list)
         self._poses: dict[str, list[int]] = defaultdict(list)
@@ -53,7 +53,7 @@ class Recorder:
         self._phases: dict[str, tuple[str, str]] = {}
         self.starts: list[tuple[int, Mission]] = []  # orders into a formation, and when they were published
         self.landing: int | None = None  # when the operator first ordered to land
-        self._stopped: int | None = None
+        self.stopped: int | None = None  # when an emergency stop was ordered first
         self._landing: int | None = None  # when another station ordered it, after which it ordered no start
         self._refused: list[tuple[float, str]] = []
         self._take = {"truth": self._place, "status": self._status, "telemetry": self._telemetry, "pose": self._pose,
@@ -86,9 +86,9 @@ class Recorder:
         if self._say is not None:
             self._say(f"{self.seconds(self._at):8.3f} s  {what}")
 
-    def all_down(self, height: float = 0.0) -> bool:
-        """Return whether all drones are on the ground now, none above `height`, m."""
-        return all(places[-1][1][2] <= height for places in self._truth.values())
+    def all_down(self) -> bool:
+        """Return whether all drones are on the ground now."""
+        return all(places[-1][1][2] <= 0.0 for places in self._truth.values())
 
     def places(self, at: int) -> dict[str, Vector]:
         """Return the newest true positions at `at` (Unix ns), m."""
@@ -117,8 +117,8 @@ class Recorder:
             {owner: self._times(stamps) for owner, stamps in self._commands.items()},
             {owner: self._reported(rows) for owner, rows in self._reports.items()},
             {owner: self._stated(rows) for owner, rows in self._telemetries.items()},
-            self._took_off is not None,
-            np.inf if self._stopped is None else self.seconds(self._stopped),
+            self.took_off is not None,
+            np.inf if self.stopped is None else self.seconds(self.stopped),
             tuple(self._refused),
             deviations(self.protocol),
             failure,
@@ -145,27 +145,17 @@ class Recorder:
             np.array([one.command_age for _, one in rows]),
         )
 
-    @property
-    def was_stopped(self) -> bool:
-        """Whether an emergency stop was ordered."""
-        return self._stopped is not None
-
-    @property
-    def began(self) -> bool:
-        """Whether an order was given."""
-        return self._took_off is not None
-
     def seconds(self, at: int) -> float:
         """Return `at` (Unix ns) as s after the order to take off; before it, after the beginning."""
-        return (at - (self._took_off or EPOCH)) / SECOND
+        return (at - (self.took_off or EPOCH)) / SECOND
 
     def _times(self, stamps: list[int]) -> Floats:
-        return (np.array(stamps, np.int64) - (self._took_off or EPOCH)) / SECOND
+        return (np.array(stamps, np.int64) - (self.took_off or EPOCH)) / SECOND
 
     def _mission(self, published: Published) -> None:
         mission = _opened(published, Mission)
-        if self._took_off is None:
-            self._took_off = published.at
+        if self.took_off is None:
+            self.took_off = published.at
             self._begin()
         self.tell(f"order: {mission.verb}")
         if mission.in_formation:
@@ -174,7 +164,7 @@ class Recorder:
             self.landing = self.landing or published.at
 
     def _stop(self, published: Published) -> None:
-        self._stopped = self._stopped or published.at
+        self.stopped = self.stopped or published.at
 
     def _place(self, published: Published) -> None:
         self._truth[published.key.owner].append((published.at, _opened(published, Pose).position))
@@ -209,7 +199,7 @@ class Recorder:
             self._reached(DRIVER_LANDS)
 
     def _reached(self, code: str) -> None:
-        if self._took_off is not None:
+        if self.took_off is not None:
             self.reactions.setdefault(code, round(self.seconds(self._at), 3))
 
 

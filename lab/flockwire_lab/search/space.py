@@ -10,12 +10,13 @@ from typing import Annotated, Any, Literal, TypeVar
 from flockwire_core.swarm.airframes import KINEMATICS
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.tables import Finite, Items
+from flockwire_core.swarm.wording import InputError
 from flockwire_core.wire.plan import Plan
 from pydantic import Field, JsonValue
 
 from flockwire_lab.search.drawing import ENDING_KINDS, SEARCHED_KINDS, random_fault
 from flockwire_lab.search.flight import Case, Mode
-from flockwire_lab.study.file import Draw, Study, StudyError
+from flockwire_lab.study.file import Draw, Study
 from flockwire_lab.study.variation import Table, vary
 
 Element = TypeVar("Element")
@@ -34,11 +35,11 @@ class SearchPlan(Study):
 
     @property
     def fault_kinds(self) -> tuple[str, ...]:
-        """The kinds of the faults of any kind; raises StudyError for an unknown one."""
+        """The kinds of the faults of any kind; raises InputError for an unknown one."""
         known = ENDING_KINDS if self.mode == "liveness" else SEARCHED_KINDS
         for kind in self.kinds:
             if kind not in known:
-                raise StudyError(f"kinds = {kind!r}: must be one of {', '.join(known)}")
+                raise InputError(f"kinds = {kind!r}: must be one of {', '.join(known)}")
         return self.kinds or known
 
 
@@ -76,12 +77,12 @@ class Genes(Random):
 
 
 class Space:
-    """The flights that a plan varies the swarm file's content `table` to; raises StudyError for a bad plan."""
+    """The flights that a plan varies the swarm file's content `table` to; raises InputError for a bad plan."""
 
     def __init__(self, plan: SearchPlan, table: Table, swarm: Swarm) -> None:
         slot = 10  # coordinates of one fault of any kind
         if plan.grid:
-            raise StudyError(f"grid.{min(plan.grid)}: a search has no grid; search each combination by itself")
+            raise InputError(f"grid.{min(plan.grid)}: a search has no grid; search each combination by itself")
         self._plan, self._table, self._kinds = plan, table, plan.fault_kinds
         lengths = dict.fromkeys(plan.random, 1)
         if plan.starts is not None:
@@ -96,7 +97,7 @@ class Space:
         self._parts = {name: slice(end - lengths[name], end) for name, end in zip(lengths, ends, strict=True)}
 
     def case(self, point: Sequence[float], seed: int) -> Case:
-        """Return the flight of a point; raises StudyError if its values are refused."""
+        """Return the flight of a point; raises InputError if its values are refused."""
         plan = self._plan
         varied = vary(plan, self._table, (), seed, lambda what: Genes(point[self._parts[what]]))
         faults = list(varied.fault_table["faults"])

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from flockwire_core.swarm.reading import read_toml
+from flockwire_core.swarm.wording import InputError
 
 from flockwire_lab.search.choosing import worst_of
 from flockwire_lab.search.corpus import Again
 from flockwire_lab.search.flight import Case, Judged, Mode
-from flockwire_lab.study.file import StudyError
 from flockwire_lab.study.findings import write_flight
 
 
@@ -25,10 +25,10 @@ def write_case(case: Case, stem: Path) -> str:
 
 
 def read_case(table: dict[str, Any], faults: Path, seed: int, duration: float, mode: Mode) -> Case:
-    """Return the flight of a swarm file's content and a file of faults; raises StudyError."""
-    listed = read_toml(faults, "faults", StudyError).get("faults", [])
+    """Return the flight of a swarm file's content and a file of faults; raises InputError."""
+    listed = read_toml(faults, "faults", InputError).get("faults", [])
     if not isinstance(listed, list) or not all(isinstance(fault, dict) for fault in listed):
-        raise StudyError(f"{faults}: faults: must be a list of tables")
+        raise InputError(f"{faults}: faults: must be a list of tables")
     return Case(table, listed, seed, duration, mode)
 
 

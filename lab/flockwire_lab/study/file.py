@@ -32,16 +32,13 @@ from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.reading import read_toml
 from flockwire_core.swarm.tables import Corner, Items, Model, Positive, Probability
 from flockwire_core.swarm.validation import validate
+from flockwire_core.swarm.wording import InputError
 from pydantic import Field, JsonValue, model_validator
 
 GridPoint = tuple[tuple[str, JsonValue], ...]  # one combination of the grid: key, value
 PositivePair = Annotated[tuple[Positive, Positive], Field(strict=False)]
 Choice = Annotated[Items[JsonValue], Field(min_length=1)]
 KINDS = ("uniform", "log_uniform", "integer", "choice")
-
-
-class StudyError(ValueError):
-    """A bad study; the text names the key, its value and the rule."""
 
 
 class Starts(Model):
@@ -142,10 +139,10 @@ Plan = TypeVar("Plan", bound=Study)
 
 
 def load_study(path: Path | None, options: dict[str, object], kind: type[Plan]) -> Plan:
-    """Read a file of a study, of `kind` (none: all defaults); `options` override its keys. Raises StudyError."""
+    """Read a file of a study, of `kind` (none: all defaults); `options` override its keys. Raises InputError."""
     origin = str(path) if path is not None else "options"
-    table = read_toml(path, "study", StudyError) if path is not None else {}
-    return validate(kind, _spelled_out(table | options), origin, StudyError)
+    table = read_toml(path, "study", InputError) if path is not None else {}
+    return validate(kind, _spelled_out(table | options), origin, InputError)
 
 
 def _spelled_out(table: dict[str, Any]) -> dict[str, Any]:

@@ -14,10 +14,11 @@ from typing import Any
 import tomli_w
 from flockwire_core.loading import framed_tables
 from flockwire_core.swarm.model import Swarm
+from flockwire_core.swarm.wording import InputError
 from pydantic import JsonValue
 from scipy.stats import binomtest
 
-from flockwire_lab.study.file import GridPoint, Study, StudyError
+from flockwire_lab.study.file import GridPoint, Study
 from flockwire_lab.study.flight import QUANTITIES, Result
 from flockwire_lab.study.variation import Table, vary
 
@@ -107,7 +108,7 @@ def write_worst(findings: Findings, table: Table, out: Path) -> None:
     for result in findings.worst:
         try:
             varied = vary(findings.plan, table, findings.plan.points[result.point], result.seed)
-        except StudyError:
+        except InputError:
             continue
         stem = f"{result.point}-{result.seed}"
         write_flight(varied.table, varied.fault_table if findings.plan.faults else None, folder / stem)

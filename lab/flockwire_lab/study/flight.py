@@ -7,14 +7,15 @@ from operator import attrgetter
 from typing import Any
 
 from flockwire_analysis.checks import ABOUT_THE_RECORD
+from flockwire_analysis.expenditure import costs
 from flockwire_analysis.key_figures import Summary
 from flockwire_analysis.summary import summarise
 from flockwire_core.swarm.model import Swarm
+from flockwire_core.swarm.wording import InputError
 
 from flockwire_lab.coverage import events
 from flockwire_lab.flight import TraceInMemory
-from flockwire_lab.study.expenditure import costs
-from flockwire_lab.study.file import Study, StudyError
+from flockwire_lab.study.file import Study
 from flockwire_lab.study.variation import Table, vary
 from flockwire_lab.world import World
 
@@ -89,7 +90,7 @@ def fly(task: Task) -> Result:
         outcome = World(varied.swarm, seed, plan.duration, varied.faults, trace.take).run()
         recorded = trace.trace()
         summary = summarise(recorded)
-    except StudyError as error:
+    except InputError as error:
         return Result(task.point, task.run, seed, False, ("refused",), str(error).replace("\n", "; "), 0.0, {}, {})
     except Exception as error:  # a user's law may raise anything; the study continues
         reason = f"{type(error).__name__}: {error}"

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
-from io import StringIO
 from pathlib import Path
 
+from flockwire_analysis.expenditure import COSTS
 from flockwire_analysis.figures.drawing import STYLE
-from flockwire_analysis.latex import escape, tabular
+from flockwire_analysis.tables import aligned, commas, escape, tabular
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from flockwire_lab.study.expenditure import COSTS
 from flockwire_lab.study.file import Study
 from flockwire_lab.study.findings import UNKNOWN, label, quantiles
 from flockwire_lab.study.flight import Result
@@ -40,21 +38,12 @@ def rows(plan: Study, results: Sequence[Result]) -> list[Row]:
 
 def text(table: Sequence[Row]) -> str:
     """Return the table as lines of text."""
-    widths = [max(map(len, column)) for column in zip(HEADINGS, *table, strict=True)]
-    lines = [
-        "  ".join(
-            [row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(row[1:], widths[1:], strict=True))]
-        )
-        for row in (HEADINGS, *table)
-    ]
-    return "\n".join(line.rstrip() for line in lines)
+    return "\n".join(aligned((HEADINGS, *table)))
 
 
 def write(table: Sequence[Row], out: Path) -> list[Path]:
     """Write laws.txt, laws.csv, laws.tex and laws.pdf into `out`; returns their paths. Raises OSError."""
-    comma = StringIO()
-    csv.writer(comma, lineterminator="\n").writerows((HEADINGS, *table))
-    texts = {"laws.txt": f"{text(table)}\n", "laws.csv": comma.getvalue(), "laws.tex": latex(table)}
+    texts = {"laws.txt": f"{text(table)}\n", "laws.csv": commas((HEADINGS, *table)), "laws.tex": latex(table)}
     for name, content in texts.items():
         (out / name).write_text(content, encoding="utf-8")
     _draw(table, out / "laws.pdf")

@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any, Generic, Self, TypeVar
 
 from flockwire_core.locking import EXCLUSIVE, NOW, lock
+from flockwire_core.swarm.wording import InputError
 from pydantic import TypeAdapter, ValidationError
 
-from flockwire_lab.study.file import Study, StudyError
+from flockwire_lab.study.file import Study
 from flockwire_lab.study.flight import Result, Task
 from flockwire_lab.study.variation import Table
 
@@ -24,7 +25,7 @@ Entry = TypeVar("Entry")
 class Ledger(Generic[Entry]):
     """Opens the folder `out` for a plan: a new one, or one with earlier runs (`results`), each a dataclass `kind`.
 
-    Raises StudyError, without changes, if the folder has other content; OSError if it cannot be written.
+    Raises InputError, without changes, if the folder has other content; OSError if it cannot be written.
     """
 
     def __init__(self, out: Path, plan: Study, table: Table, kind: type[Entry]) -> None:
@@ -41,8 +42,8 @@ class Ledger(Generic[Entry]):
             self.results: list[Entry] = self._flown(out)
         except BlockingIOError:
             self._file.close()
-            raise StudyError(f"--out = {out}: another command works on this study; wait until it ends") from None
-        except StudyError:
+            raise InputError(f"--out = {out}: another command works on this study; wait until it ends") from None
+        except InputError:
             self._file.close()
             raise
 
@@ -68,19 +69,19 @@ class Ledger(Generic[Entry]):
             try:
                 found.append(self._lines.validate_json(line))
             except ValidationError:
-                raise StudyError(f"{out / RUNS}: line {place} is not a run of a study") from None
+                raise InputError(f"{out / RUNS}: line {place} is not a run of a study") from None
         self._file.truncate(whole)
         return found
 
 
 def _refuse_other(out: Path, there: dict[str, Any] | None, identity: dict[str, Any]) -> None:
-    """Raise StudyError if the folder `out`, where the study `there` is, has other content than the study `identity`."""
+    """Raise InputError if the folder `out`, where the study `there` is, has other content than the study `identity`."""
     if there is None and out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise StudyError(f"--out = {out}: this folder has other content; name a new one")
+        raise InputError(f"--out = {out}: this folder has other content; name a new one")
     if there is not None and there != identity:
         differing = ", ".join(f"its {key} differs" for key in identity if there.get(key) != identity[key])
         how = differing if there else f"its {PLAN} cannot be read"
-        raise StudyError(f"--out = {out}: there is another study ({how}); name a new folder")
+        raise InputError(f"--out = {out}: there is another study ({how}); name a new folder")
 
 
 def missing(plan: Study, table: Table, results: Iterable[Result]) -> list[Task]:

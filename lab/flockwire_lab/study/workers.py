@@ -16,8 +16,7 @@ from threading import Thread
 from typing import TypeVar
 
 from flockwire_core.extras import remedy
-
-from flockwire_lab.study.file import StudyError
+from flockwire_core.swarm.wording import InputError
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -50,12 +49,12 @@ def local(jobs: int) -> Iterator[Workers]:
 
 @contextmanager
 def cluster(address: str) -> Iterator[Workers]:
-    """Connect to the Dask scheduler at `address`; raises StudyError if there is none, or it has no workers."""
+    """Connect to the Dask scheduler at `address`; raises InputError if there is none, or it has no workers."""
     try:
         from distributed import Client  # noqa: PLC0415  (an optional extra)
     except ImportError:
         line = f"--scheduler = {address}: needs the package distributed: {remedy('study')}"
-        raise StudyError(line) from None
+        raise InputError(line) from None
     for name in ("distributed.client", "distributed.core", "distributed.comm"):
         logging.getLogger(name).setLevel(logging.CRITICAL)  # an error is reported in one line
     try:
@@ -64,12 +63,12 @@ def cluster(address: str) -> Iterator[Workers]:
         )
     except (OSError, ValueError, TypeError) as error:
         reason = str(error).split("\n")[0] or type(error).__name__
-        raise StudyError(f"--scheduler = {address}: no Dask scheduler answers there: {reason}") from None
+        raise InputError(f"--scheduler = {address}: no Dask scheduler answers there: {reason}") from None
     with client:
         try:
             client.wait_for_workers(1, timeout=PATIENCE)
         except TimeoutError:
-            raise StudyError(f"--scheduler = {address}: the scheduler has no workers") from None
+            raise InputError(f"--scheduler = {address}: the scheduler has no workers") from None
         cores = sum(client.nthreads().values())  # type: ignore[no-untyped-call]
         with client.get_executor(pure=False) as executor:  # type: ignore[no-untyped-call]
             try:

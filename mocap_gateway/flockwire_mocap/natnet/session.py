@@ -10,7 +10,6 @@ from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.swarm.gateway import NatNet
 
 from flockwire_mocap.frame_sequence import MISSING, RESTARTS, FrameSequence
-from flockwire_mocap.natnet.encoding import encode, encode_command, encode_connect, encode_model_request
 from flockwire_mocap.natnet.packets import (
     MODELS_CHANGED,
     Kind,
@@ -23,6 +22,10 @@ from flockwire_mocap.natnet.packets import (
     Stamps,
     Version,
     can_adjust,
+    encode,
+    encode_command,
+    encode_connect,
+    encode_model_request,
     version_of,
 )
 from flockwire_mocap.natnet.parsing import parse

@@ -18,13 +18,10 @@ class NatNetSource(StreamedSource):
 
     def __init__(self, start: Start) -> None:
         swarm = start.plan.swarm
-        gateway, bodies = (
-            swarm.gateway,
-            (*map(swarm.body, swarm.tracked), *(one.body for one in swarm.tracked_obstacles)),
-        )
-        self.session = NatNetSession(gateway.natnet, [body for body in bodies if isinstance(body, str)])
+        bodies = (*map(swarm.body, swarm.tracked), *(one.body for one in swarm.tracked_obstacles))
+        self.session = NatNetSession(swarm.gateway.natnet, [body for body in bodies if isinstance(body, str)])
         self._began = start.now
-        super().__init__(gateway)
+        super().__init__(swarm.gateway)
         self.counts = self.session.counts
 
     def trouble(self, now: int) -> str:

@@ -9,16 +9,15 @@ from collections.abc import AsyncIterator, Iterable, Iterator, Sequence
 from contextlib import asynccontextmanager
 from pathlib import Path
 from struct import error as StructError  # noqa: N812
-from typing import NamedTuple
 
-from flockwire_core.domain.quaternion import Quaternion
 from flockwire_core.domain.time import SECOND
-from flockwire_core.domain.vector import Vector
 from flockwire_core.process.cores import Start
+from flockwire_core.ros import messages
 from flockwire_core.ros.definitions import POSE
-from flockwire_core.ros.messages import SIGHTINGS, Sighting, read_sightings
+from flockwire_core.ros.messages import POSE_READERS, NamedPose
 from flockwire_core.swarm.gateway import Replay
 from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.swarm.reading import stat_file
 from flockwire_core.trace_files import parts
 from flockwire_core.wire.cdr import MessageError
 from flockwire_core.wire.codec import Message
@@ -34,17 +33,11 @@ STEP = SECOND  # ns between the clock of a topic's stamps and that of the record
 MOST_SHOWN = 8  # topics that a message names
 
 
-class RecordedPose(NamedTuple):
-    """A recorded pose: ns since the first pose, the body's name, m, x y z w; in the frame of the recording."""
-
-    elapsed: int
-    body: str
-    position: Vector
-    orientation: Quaternion
-
-
 class ReplaySource:
-    """Serves `poses` in order of time, `pace` times as fast as recorded, from the first `take` on."""
+    """Serves poses in order of time, `pace` times as fast as recorded, from the first `take` on.
+
+    Their stamps are ns since the first one, in the frame of the recording.
+    """
 
     triggers: frozenset[Key] = frozenset()
 
@@ -54,20 +47,20 @@ class ReplaySource:
         self._drones = {str(swarm.body(i)): i for i in swarm.tracked}
         self._numbers = dict(self._drones)
         self._coordinates = coordinates_of(swarm.gateway) if self.table.foreign else None
-        self._poses: Sequence[RecordedPose] = ()
+        self._poses: Sequence[NamedPose] = ()
         self._times: list[int] = []
         self._begun: int | None = None
         self._next = self._frames = 0
 
-    def load(self, poses: Sequence[RecordedPose]) -> None:
+    def load(self, poses: Sequence[NamedPose]) -> None:
         """Serve these poses from the next `take` on; raises OSError if none is of a drone."""
-        bodies = dict.fromkeys(pose.body for pose in poses)
+        bodies = dict.fromkeys(pose.name for pose in poses)
         if not self._drones.keys() & bodies:
             raise OSError(
                 f"has no poses of {_several(self._drones)}, but of {_several(bodies)}: set `body` of [[drones]]"
             )
         self._poses = poses
-        self._times = [pose.elapsed for pose in self._poses]
+        self._times = [pose.stamp for pose in self._poses]
         self._begun, self._next = None, 0
 
     def receive(self, key: Key, message: Message, now: int) -> None:
@@ -83,16 +76,16 @@ class ReplaySource:
             self._begun = now
         pace = self.table.pace
         due = bisect_right(self._times, round((now - self._begun) * pace))
-        newest = {pose.body: pose for pose in self._poses[self._next : due]}
+        newest = {pose.name: pose for pose in self._poses[self._next : due]}
         self._next = max(self._next, due)
-        measured = [(self._begun + round(pose.elapsed / pace), self._body(pose)) for pose in newest.values()]
+        measured = [(self._begun + round(pose.stamp / pace), self._body(pose)) for pose in newest.values()]
         frames = framed(measured, self._frames, now)
         self._frames += len(frames)
         return frames
 
-    def _body(self, pose: RecordedPose) -> ReportedBody:
-        number = self._numbers.setdefault(pose.body, max(self._numbers.values()) + 1)
-        body = ReportedBody(number, pose.body, pose.position, pose.orientation, tracked=True)
+    def _body(self, pose: NamedPose) -> ReportedBody:
+        number = self._numbers.setdefault(pose.name, max(self._numbers.values()) + 1)
+        body = ReportedBody(number, pose.name, pose.position, pose.orientation, tracked=True)
         return body if self._coordinates is None else self._coordinates.body(body)
 
     def state(self, now: int) -> SourceState:
@@ -112,7 +105,7 @@ class OwnNames:
         """Return whether messages of this topic and type are read."""
         return ros_type == POSE and self._body(topic) is not None
 
-    def of(self, topic: str, _: str, found: list[Sighting]) -> Iterable[tuple[str, Sighting]]:
+    def of(self, topic: str, _: str, found: list[NamedPose]) -> Iterable[tuple[str, NamedPose]]:
         """Return what was `found` in a message, with names."""
         return [(self._body(topic) or "", one) for one in found]
 
@@ -132,11 +125,11 @@ async def loaded(source: ReplaySource, _: object) -> AsyncIterator[None]:
     yield
 
 
-def read_poses(path: Path, swarm: Swarm) -> list[RecordedPose]:
+def read_poses(path: Path, swarm: Swarm) -> list[NamedPose]:
     """Return all poses of a recording, of all its parts, in the order of their time; raises OSError without any."""
     table = swarm.gateway.replay
     names = BodyNames(table, swarm) if table.foreign else OwnNames(swarm)
-    found, others, times = list[RecordedPose](), dict[str, None](), Times()
+    found, others, times = list[NamedPose](), dict[str, None](), Times()
     broken: OSError | None = None
     for part in parts(path):
         try:
@@ -145,8 +138,8 @@ def read_poses(path: Path, swarm: Swarm) -> list[RecordedPose]:
             broken = OSError(f"that can be read: {error}")
     if not found:
         raise OSError(f"{path}: has no poses {broken or _elsewhere(table, others)}") from broken
-    first = min(pose.elapsed for pose in found)
-    return sorted([pose._replace(elapsed=pose.elapsed - first) for pose in found], key=lambda pose: pose[:2])
+    first = min(pose.stamp for pose in found)
+    return sorted([pose._replace(stamp=pose.stamp - first) for pose in found], key=lambda pose: pose[:2])
 
 
 def _elsewhere(table: Replay, others: Iterable[str]) -> str:
@@ -156,21 +149,22 @@ def _elsewhere(table: Replay, others: Iterable[str]) -> str:
     return f"on {table.array or table.topic or '/SWARM/uavN/pose'}{where}"
 
 
-def _poses_in(path: Path, names: BodyNames | OwnNames, others: dict[str, None], times: Times) -> Iterator[RecordedPose]:
+def _poses_in(path: Path, names: BodyNames | OwnNames, others: dict[str, None], times: Times) -> Iterator[NamedPose]:
     """Yield the poses on the topics that match `names`, as they come; add the topics of all others to `others`."""
+    stat_file(path)  # raises OSError for a pipe, which would be waited for
     with path.open("rb") as file:
         reader = NonSeekingReader(file, validate_crcs=True)
         for schema, channel, record in reader.iter_messages(log_time_order=False):
             kind = schema.name if schema is not None else ""
-            if kind not in SIGHTINGS:
+            if kind not in POSE_READERS:
                 continue
             if not names.matches(channel.topic, kind):
                 others[channel.topic] = None
                 continue
-            for name, one in names.of(channel.topic, kind, read_sightings(kind, record.data)):
+            for name, one in names.of(channel.topic, kind, messages.read_poses(kind, record.data)):
                 if is_pose(one.position, one.orientation):
                     at = times.of(channel.topic, one.stamp, record.log_time)
-                    yield RecordedPose(at, name, one.position, one.orientation)
+                    yield NamedPose(at, name, one.position, one.orientation)
 
 
 class Times:

@@ -10,8 +10,7 @@ from collections.abc import Callable
 from functools import partial
 
 from flockwire_core import clock
-from flockwire_core.ros.advice import advice
-from flockwire_core.ros.graph import End, dds_type
+from flockwire_core.ros.graph import End, advice, dds_type
 from flockwire_core.runtime.ros_ends import RosInput
 from flockwire_core.runtime.ros_node import Place, RosNode, join
 from flockwire_core.wire.processes import GATEWAY

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 
 from flockwire_core.ros.definitions import NAMED_POSES, POSE, POSES, TRANSFORM, TRANSFORMS
-from flockwire_core.ros.messages import Sighting
+from flockwire_core.ros.messages import NamedPose
 from flockwire_core.swarm.gateway import BodyTopics
 from flockwire_core.swarm.model import Swarm
 
@@ -37,7 +37,7 @@ class BodyNames:
         """Return whether messages of this topic and type are read."""
         return ros_type in self.ros_types and self._topic.fullmatch(topic) is not None
 
-    def of(self, topic: str, ros_type: str, found: list[Sighting]) -> Iterable[tuple[str, Sighting]]:
+    def of(self, topic: str, ros_type: str, found: list[NamedPose]) -> Iterable[tuple[str, NamedPose]]:
         """Return what was `found` in a message, with names; an empty name is not known. Raises LengthError."""
         if ros_type in SINGLE:
             match = self._topic.fullmatch(topic)
@@ -48,7 +48,7 @@ class BodyNames:
             return zip(self.bodies, found, strict=True)
         return [(one.name, one) for one in (self._bodies_among(found) if ros_type == TRANSFORMS else found)]
 
-    def _bodies_among(self, found: list[Sighting]) -> list[Sighting]:
+    def _bodies_among(self, found: list[NamedPose]) -> list[NamedPose]:
         """Return the transforms whose parents have a known body: others are parts of robots."""
         self._parents |= {one.name: one.frame for one in found if one.name in self._known}
         parents = set(self._parents.values())

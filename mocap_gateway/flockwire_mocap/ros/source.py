@@ -9,7 +9,7 @@ from flockwire_core.domain.time import SECOND
 from flockwire_core.process.cores import Start
 from flockwire_core.ros.definitions import NAMED_POSES, POSES
 from flockwire_core.ros.graph import End
-from flockwire_core.ros.messages import Sighting, read_sightings
+from flockwire_core.ros.messages import NamedPose, read_poses
 from flockwire_core.wire.cdr import MessageError
 
 from flockwire_mocap.ros.naming import OF_ALL, BodyNames, LengthError
@@ -78,7 +78,7 @@ class RosSource(StreamedSource):
         `publisher` is the id of who sent it: each has its own clock.
         """
         try:
-            named = self._names.of(topic, ros_type, read_sightings(ros_type, payload))
+            named = self._names.of(topic, ros_type, read_poses(ros_type, payload))
         except MessageError:
             self.counts["poses malformed"] += 1
             return
@@ -97,9 +97,11 @@ class RosSource(StreamedSource):
             whole = ros_type in (POSES, NAMED_POSES)
             self.arrived(TrackerFrame(self._number, stamp, stamp, tuple(bodies)), now, sender, whole)
 
-    def _reported(self, name: str, one: Sighting, sender: str, now: int) -> ReportedBody | None:
+    def _reported(self, name: str, one: NamedPose, sender: str, now: int) -> ReportedBody | None:
         """Return a body with its pose, None if its report is not used, which is counted."""
-        unused = self._unused(name, one, sender)
+        unused, is_valid = self._unused(name, one, sender), is_pose(one.position, one.orientation)
+        if not (unused or is_valid or self.ros_types == OF_ALL):
+            unused = "poses rejected"
         if unused:
             self.counts[unused] += 1
             return None
@@ -109,11 +111,11 @@ class RosSource(StreamedSource):
             return None
         number = self._numbers.setdefault(name, len(self._numbers))
         self._reports[name] = Report(sender, one.stamp, now)
-        if not is_pose(one.position, one.orientation):
+        if not is_valid:
             return unseen(number, name)
         return ReportedBody(number, name, one.position, one.orientation, tracked=True)
 
-    def _unused(self, name: str, one: Sighting, sender: str) -> str:
+    def _unused(self, name: str, one: NamedPose, sender: str) -> str:
         """Return why a report is not used; empty if it is."""
         newest = self._reports.get(name)
         if not _NAME.fullmatch(name):
@@ -128,4 +130,4 @@ class RosSource(StreamedSource):
                 self._rejected = NO_STAMP.format(self.sender_name(sender), SAME)  # until it is another
                 return "poses repeated or late"
             self.counts["poses of a clock set back"] += 1
-        return "" if self.ros_types == OF_ALL or is_pose(one.position, one.orientation) else "poses rejected"
+        return ""

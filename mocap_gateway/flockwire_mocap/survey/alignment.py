@@ -8,10 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from flockwire_core.domain.quaternion import Quaternion
 from flockwire_core.domain.vector import Vector
+from flockwire_core.swarm.wording import InputError
 from scipy.spatial.transform import Rotation
 
 
-class AlignmentError(ValueError):
+class AlignmentError(InputError):
     """Places that do not determine a rotation; the text says what is missing."""
 
 

@@ -1,18 +1,58 @@
-"""Measures a tracker's data for some seconds: rate, jitter, latency, loss and motion of each body."""
+"""Receives from a tracker for some seconds, without the swarm: rate, jitter, latency, loss and motion of each body."""
 
 from __future__ import annotations
 
+import asyncio
+from collections.abc import Sequence
+from dataclasses import replace
 from math import dist, hypot
+from random import Random
 from statistics import fmean, median, pstdev
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
+from flockwire_core import clock
+from flockwire_core.domain.quaternion import IDENTITY
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector
+from flockwire_core.process.cores import Start
+from flockwire_core.swarm.gateway import Gateway, Unit, UpAxis
 from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.processes import GATEWAY
 
-from flockwire_mocap.claim import owner
-from flockwire_mocap.survey.conventions import other_conventions
-from flockwire_mocap.tracking import NO_FRAMES, TrackerFrame
+from flockwire_mocap.coordinates import Coordinates
+from flockwire_mocap.core import make_core
+from flockwire_mocap.process import feed
+from flockwire_mocap.streamed import coordinates_of
+from flockwire_mocap.tracking import NO_FRAMES, ReportedBody, SourceState, TrackerFrame, owner
+
+BETTER = 0.2  # times the present distance from the starts, and
+NEAR = 3.0  # times the tolerance: how near other settings must bring every drone to be suggested
+OTHER = (
+    "a drone is {far:.2f} m from its start; with unit = {unit!r} and up_axis = {up_axis!r} in [gateway.{source}] "
+    "all would be within {near:.2f} m of theirs"
+)
+
+
+def other_conventions(gateway: Gateway, places: Sequence[tuple[Vector, Vector]], tolerance: float) -> str:
+    """Return which unit and up axis bring all drones near their starts; empty if all are within `tolerance` (m) now.
+
+    `places` are where each drone is seen and where it starts, m on the field.
+    """
+    read = coordinates_of(gateway)
+    points = [
+        (read.to_tracker(ReportedBody(0, None, seen, IDENTITY, tracked=True)).position, start) for seen, start in places
+    ]
+
+    def farthest(frame: Coordinates) -> float:
+        return max((dist(frame.position(point), start) for point, start in points), default=0.0)
+
+    frames = [replace(read, unit=unit, up_axis=axis) for unit in get_args(Unit) for axis in get_args(UpAxis)]
+    best = min(frames, key=farthest)
+    far, near = farthest(read), farthest(best)
+    if far <= tolerance or near > min(BETTER * far, NEAR * tolerance):
+        return ""
+    return OTHER.format(far=far, near=near, unit=best.unit, up_axis=best.up_axis, source=gateway.source)
 
 
 class BodyFigures(NamedTuple):
@@ -132,3 +172,29 @@ def _free_bodies(rows: list[BodyFigures]) -> str:
     """Return a clause with the names of the bodies that are no drone's, empty without one."""
     free = ", ".join(repr(row.name) for row in rows if row.drone is None)
     return f"; free bodies: {free}" if free else ""
+
+
+async def listen(plan: Plan, seconds: float) -> tuple[Inspection, SourceState]:
+    """Return the frames of `seconds`, and the state of the connection; raises OSError if the source cannot be opened.
+
+    Raises ValueError for a source without its own connection.
+    """
+    core = make_core(Start(plan, GATEWAY.kind, clock.now(), Random(0)))  # noqa: S311
+    source, inspection = core.source, Inspection(plan.swarm)
+    begin = clock.monotonic() + round(1.2 * SECOND)  # s before the first frame counts: connections and names come first
+
+    def drained() -> None:
+        now = clock.now()
+        for frame in source.take(now):
+            if clock.monotonic() > begin:
+                inspection.take(frame, now)
+
+    connection = feed(core, drained)
+    if connection is None:
+        raise ValueError(f"gateway.source = {plan.swarm.gateway.source!r}: there is no tracker to listen to")
+    async with connection:
+        while clock.monotonic() < begin + round(seconds * SECOND):
+            await asyncio.sleep(core.period)
+            if not source.triggers:  # no message completes its frames: they are due by time
+                drained()
+        return inspection, source.state(clock.now())

@@ -34,7 +34,7 @@ def identify(
     """Fly one drone to measure its gains, lag and dead time; print its table for the swarm file."""
     from flockwire_operator.station import identify as identifying  # noqa: PLC0415
     from flockwire_operator.station.excitation import Axis  # noqa: PLC0415
-    from flockwire_operator.station.identification import IdentificationError, fit_axis  # noqa: PLC0415  (scipy)
+    from flockwire_operator.station.identification import IdentificationError  # noqa: PLC0415  (scipy)
 
     plan = load(swarm)
     loaded = plan.swarm
@@ -48,7 +48,7 @@ def identify(
     try:
         with refused(folder), unblocked():
             core = asyncio.run(identifying.excite(plan, swarm, secrets, number, folder, axes))
-            found = {axis: fit_axis(response) for axis, response in core.responses.items()}
+            found = identifying.fits(core)
     except IdentificationError as error:
         _fail(str(error))
     if found:

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import os
 import sys
+from pathlib import Path
 from typing import NoReturn
 
 ORDERS = ("stop", "land", "hold")
+CHANGED = "flockwire: {file} has changed since it was installed in {prefix}; {script} installs it again"
 NO_THREAD = "can't start new thread"  # Python's text of a limit
 
 
@@ -66,11 +68,22 @@ def _command(command: str) -> None:
     if command in ORDERS:
         from flockwire_operator.cli.orders import app  # noqa: PLC0415
     else:
-        from pathlib import Path  # noqa: PLC0415
-
-        from flockwire_operator.cli.freshness import changed_source  # noqa: PLC0415
         from flockwire_operator.cli.main import app  # noqa: PLC0415
 
         if line := changed_source(Path(sys.prefix)):
             print(line, file=sys.stderr)
     app(prog_name="flockwire")
+
+
+def changed_source(prefix: Path) -> str:
+    """Return a line about a source that is newer than `prefix`, if this is a clone's .venv; empty without one."""
+    root = prefix.parent
+    if prefix.name != ".venv":
+        return ""  # developers know
+    try:
+        since = (prefix / "flockwire-made").stat().st_mtime
+    except OSError:
+        return ""  # no environment of a clone
+    sources = (file for package in root.glob("*/flockwire*") for file in package.rglob("*.py"))
+    changed = next((file for file in sources if file.stat().st_mtime > since), None)
+    return CHANGED.format(file=changed, prefix=prefix, script=root / "scripts/fly") if changed else ""

@@ -1,9 +1,11 @@
-"""Commands that write files: `new` a law, `init` a swarm file, `deploy` containers or services of `up`'s plan."""
+"""Commands for a swarm before it flies: `new`, `init`, `check`, `convert`, `deploy`."""
 
 from __future__ import annotations
 
+import asyncio
 import sys
 from enum import StrEnum
+from importlib.metadata import packages_distributions
 from ipaddress import IPv4Network
 from keyword import iskeyword
 from pathlib import Path
@@ -11,8 +13,11 @@ from typing import TYPE_CHECKING, Annotated
 from zipfile import BadZipFile
 
 import typer
+from flockwire_core import clock
+from flockwire_core.own_law import law_check
+from flockwire_core.wire.plan import Plan
 
-from flockwire_operator.cli.arguments import Keys, SwarmFile
+from flockwire_operator.cli.arguments import AsJson, Keys, SwarmFile
 from flockwire_operator.cli.inputs import load, refuse, refused
 from flockwire_operator.station.folders import keys_folder, renew_keys
 from flockwire_operator.station.initial import write_swarm
@@ -34,10 +39,12 @@ class Target(StrEnum):
 @app.command()
 def new(name: Annotated[str, typer.Argument(metavar="NAME", help="The law's name, such as my_law.")]) -> None:
     """Write a first law of your own, its swarm file and its test into this folder."""
-    from flockwire_operator.station.first_law import write_law  # noqa: PLC0415
+    from flockwire_operator.station.initial import write_law  # noqa: PLC0415
 
     if not (name.isascii() and name.isidentifier() and name[0].isalpha()) or iskeyword(name):
         refuse(f"NAME = {name}: must be a name in Python, of letters, digits and _, such as my_law")
+    if name in sys.stdlib_module_names or name in packages_distributions():
+        refuse(f"NAME = {name}: is a module that others import; name another one")
     try:
         law, swarm, test = write_law(Path(), name)
     except FileExistsError as error:
@@ -64,6 +71,57 @@ def init(
     print(
         f"flockwire: {file}: {drones} drones; next: flockwire check {file}, flockwire sim {file}, flockwire up {file}"
     )
+
+
+@app.command()
+def check(
+    swarm: SwarmFile,
+    duration: Annotated[float, typer.Option(min=0.0, help="Seconds of flight to predict; 0: no end.")] = 40.0,
+    live: Annotated[bool, typer.Option("--live", help="Check instead whether the running swarm may take off.")] = False,
+    keys: Keys = None,
+    as_json: AsJson = False,
+) -> None:
+    """Validate a swarm file; print its graph, observer bounds, formations, links, and predicted problems in flight."""
+    from flockwire_core.security.pki import expiring  # noqa: PLC0415
+
+    from flockwire_operator.station.answers import description, text  # noqa: PLC0415  (numpy)
+    from flockwire_operator.station.check import describe, law_problem, warnings  # noqa: PLC0415  (numpy)
+    from flockwire_operator.station.prediction import predicted  # noqa: PLC0415
+
+    plan = load(swarm)
+    if live:
+        raise typer.Exit(_check_live(plan, keys_folder(swarm, plan, keys), as_json))
+    checked = law_check(plan.swarm)
+    expired = expiring(plan, keys_folder(swarm, plan, keys), clock.utc())
+    if as_json:
+        print(text(description(plan, [*warnings(plan.swarm), *predicted(plan.swarm, duration), *expired])))
+    else:
+        print(describe(plan, duration, checked))
+        for line in expired:
+            print(f"warning: {line}")
+    if checked[0]:
+        for problem in checked[0]:
+            print(f"flockwire: {swarm}: {law_problem(plan.swarm, problem)}", file=sys.stderr)
+        raise typer.Exit(2)
+
+
+def _check_live(plan: Plan, keys: Path, as_json: bool) -> int:
+    """Print the state of the running swarm; returns the exit status."""
+    from flockwire_core.runtime.session import RouterAbsentError  # noqa: PLC0415  (zenoh)
+
+    from flockwire_operator.station.answers import text  # noqa: PLC0415
+    from flockwire_operator.station.live_check import findings, look, table  # noqa: PLC0415
+
+    try:
+        with refused():
+            found = list(findings(plan, asyncio.run(look(plan, keys))))
+    except RouterAbsentError:
+        refuse(f"the router at {plan.endpoints[plan.routers[0]]} does not answer")
+    print(text({"checks": [line._asdict() for line in found]}) if as_json else "\n".join(table(found)))
+    failed = [line for line in found if line.remedy]
+    if failed:
+        print(f"flockwire: not ready: {len(failed)} of {len(found)} checks failed", file=sys.stderr)
+    return 1 if failed else 0
 
 
 @app.command()
@@ -119,7 +177,7 @@ def deploy(
     """Write containers or services of a swarm, with the keys of each process."""
     from flockwire_deploy.bundle import write_bundles  # noqa: PLC0415  (jinja2)
     from flockwire_deploy.compose import obstacle, write_compose  # noqa: PLC0415
-    from flockwire_deploy.files import DeployError, refuse_other_keys  # noqa: PLC0415
+    from flockwire_deploy.files import refuse_other_keys  # noqa: PLC0415
 
     plan = load(swarm)
     if plan.swarm.network.security == "none":
@@ -127,20 +185,15 @@ def deploy(
     if plan.swarm.control.elsewhere:
         refuse(f"control.law = {plan.swarm.control.law!r}: is a program of this machine; fly it with `flockwire up`")
     folder, held = out or Path("deploy") / plan.swarm.name, keys_folder(swarm, plan, keys)
-    try:
+    with refused(folder):
         within = _range(subnets)
         refuse_other_keys(plan, held)
-        with refused():
-            renew_keys(plan, held)
+        renew_keys(plan, held)
         places = (plan, swarm, held, folder)
         if target is Target.COMPOSE:
             step = write_compose(*places, within)
         else:
             step = write_bundles(*places, wheels, playbook=target is Target.ANSIBLE)
-    except DeployError as error:
-        refuse(str(error))
-    except OSError as error:
-        refuse(f"--out = {folder}: cannot write there: {error.strerror or error}")
     print(f"flockwire: {folder}: {plan.swarm.name}, for {target}; next: {step}")
     if target is Target.COMPOSE and (line := obstacle()):
         print(f"flockwire: warning: {line}", file=sys.stderr)

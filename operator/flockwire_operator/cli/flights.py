@@ -1,22 +1,19 @@
-"""Commands for flights: `check`, `up`, `conduct`, `sim`, `study`, `compare-laws`, `probe`."""
+"""Commands for flights: `up`, `conduct`, `sim`, `study`, `compare-laws`, `probe`."""
 
 from __future__ import annotations
 
 import asyncio
-import os
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from flockwire_core import clock
-from flockwire_core.loading import SwarmFileError
-from flockwire_core.own_law import law_check
 from flockwire_core.runtime.standard_streams import unblocked
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.plan import Plan
 
-from flockwire_operator.cli.arguments import AsJson, FaultsFile, Keys, SwarmFile, Verbose, Without, left_out
+from flockwire_operator.cli.arguments import FaultsFile, Keys, SwarmFile, Verbose, Without, left_out
 from flockwire_operator.cli.inputs import (
     faults_of,
     load,
@@ -28,65 +25,16 @@ from flockwire_operator.cli.inputs import (
     refuse_unused,
     refused,
     this_host,
-    unwritable,
 )
 from flockwire_operator.station.folders import keys_folder, warn_of
+
+if TYPE_CHECKING:
+    from flockwire_lab.flight import Flight
 
 app = typer.Typer()
 
 
 NO_TRACE = "--out = {out}: there is no trace of this flight; does the recorder run, with this folder?"
-
-
-@app.command()
-def check(
-    swarm: SwarmFile,
-    duration: Annotated[float, typer.Option(min=0.0, help="Seconds of flight to predict; 0: no end.")] = 40.0,
-    live: Annotated[bool, typer.Option("--live", help="Check instead whether the running swarm may take off.")] = False,
-    keys: Keys = None,
-    as_json: AsJson = False,
-) -> None:
-    """Validate a swarm file; print its graph, observer bounds, formations, links, and predicted problems in flight."""
-    from flockwire_core.security.pki import expiring  # noqa: PLC0415
-
-    from flockwire_operator.station.answers import description, text  # noqa: PLC0415  (numpy)
-    from flockwire_operator.station.check import describe, law_problem, warnings  # noqa: PLC0415  (numpy)
-    from flockwire_operator.station.prediction import predicted  # noqa: PLC0415
-
-    plan = load(swarm)
-    if live:
-        raise typer.Exit(_check_live(plan, keys_folder(swarm, plan, keys), as_json))
-    checked = law_check(plan.swarm)
-    expired = expiring(plan, keys_folder(swarm, plan, keys), clock.utc())
-    if as_json:
-        print(text(description(plan, [*warnings(plan.swarm), *predicted(plan.swarm, duration), *expired])))
-    else:
-        print(describe(plan, duration, checked))
-        for line in expired:
-            print(f"warning: {line}")
-    if checked[0]:
-        for problem in checked[0]:
-            print(f"flockwire: {swarm}: {law_problem(plan.swarm, problem)}", file=sys.stderr)
-        raise typer.Exit(2)
-
-
-def _check_live(plan: Plan, keys: Path, as_json: bool) -> int:
-    """Print the state of the running swarm; returns the exit status."""
-    from flockwire_core.runtime.session import RouterAbsentError  # noqa: PLC0415  (zenoh)
-
-    from flockwire_operator.station.answers import text  # noqa: PLC0415
-    from flockwire_operator.station.live_check import findings, look, table  # noqa: PLC0415
-
-    try:
-        with refused():
-            found = list(findings(plan, asyncio.run(look(plan, keys))))
-    except RouterAbsentError:
-        refuse(f"the router at {plan.endpoints[plan.routers[0]]} does not answer")
-    print(text({"checks": [line._asdict() for line in found]}) if as_json else "\n".join(table(found)))
-    failed = [line for line in found if line.remedy]
-    if failed:
-        print(f"flockwire: not ready: {len(failed)} of {len(found)} checks failed", file=sys.stderr)
-    return 1 if failed else 0
 
 
 @app.command()
@@ -171,8 +119,7 @@ def sim(
     from flockwire_lab.faults.injection import refusal  # noqa: PLC0415
     from flockwire_lab.flight import Flight  # noqa: PLC0415
 
-    from flockwire_operator.cli.sim import simulate  # noqa: PLC0415
-
+    refuse_endless(duration)
     plan = Plan(load(swarm).swarm.in_simulation())
     loaded = plan.swarm
     wrong = faults_of(faults, plan)
@@ -184,11 +131,45 @@ def sim(
     if no_trace:
         if out is not None:
             refuse(f"--out = {out}: with --no-trace nothing is written")
-        raise typer.Exit(simulate(flight, verbose=verbose))
+        raise typer.Exit(simulate(flight, verbose))
     folder = own_folder(out, f"{loaded.name}-sim-{seed}")
     refuse_a_second_trace(folder)
     with refused(folder):
-        raise typer.Exit(simulate(flight, folder, swarm.read_text(encoding="utf-8"), verbose))
+        folder.mkdir(parents=True, exist_ok=True)
+        raise typer.Exit(simulate(flight, verbose, folder, swarm.read_text(encoding="utf-8")))
+
+
+def simulate(flight: Flight, verbose: bool, out: Path | None = None, toml: str = "") -> int:
+    """Fly, print figures and verdict; returns the exit status.
+
+    The trace, which holds the swarm file's text `toml`, and the report go into the folder `out`, if there is one.
+    """
+    from flockwire_analysis.summary import summarise  # noqa: PLC0415  (numpy)
+    from flockwire_lab.flight import fly_in_memory, fly_recorded  # noqa: PLC0415
+
+    from flockwire_operator.cli.verdict import conclude, print_figures, verdict  # noqa: PLC0415
+    from flockwire_operator.station.terminal.progress import progress  # noqa: PLC0415
+
+    into = "" if out is None else f", into {out}"
+    print(f"flockwire: {flight.swarm.name} in virtual time, seed {flight.seed}{into}", flush=True)
+    began = clock.cpu_time()
+    with progress("flight in virtual time", flight.duration) as show:
+
+        def shown(flown: float) -> None:
+            show(f"{flown:.0f} s of flight", flown)
+
+        if out is not None:
+            outcome = fly_recorded(flight, toml, out / "trace.mcap", shown)
+        else:
+            outcome, trace = fly_in_memory(flight, shown)
+    used = max(clock.cpu_time() - began, 1e-9)
+    faster = outcome.seconds / used
+    print(f"flockwire: {outcome.seconds:.1f} s of flight in {used:.1f} s of processor time, {faster:.0f} x real time")
+    for line in outcome.slow:
+        print(f"flockwire: warning: {line} in a real flight on this machine")
+    if out is not None:
+        return conclude(outcome.failure, out, verbose=verbose)
+    return verdict(filter(None, (outcome.failure, *print_figures(summarise(trace), verbose))))
 
 
 UNUSED = {  # by what `study` flies: its name in messages, and the options without effect
@@ -239,8 +220,6 @@ def study(
     ] = None,
 ) -> None:
     """Fly the swarm many times in virtual time with variations; report the success rate, or the worst flight."""
-    from flockwire_lab.study.file import StudyError  # noqa: PLC0415
-
     from flockwire_operator.cli import study as studies  # noqa: PLC0415  (numpy)
 
     kind = "--replay" if replay is not None else "--search" if search | liveness else "study"
@@ -252,20 +231,15 @@ def study(
         refuse_unused("--scheduler", {"--jobs": jobs})
     loaded = load(swarm).swarm
     folder = out or Path("runs") / f"{loaded.name}-study-{clock.local():%Y%m%d-%H%M%S}"
-    cores, mode = jobs or os.cpu_count() or 1, "liveness" if liveness else "safety"
-    try:
+    with refused(folder):
         drawn = studies.options_of(runs, seed, duration, random_starts)
         if kind == "study":
-            raise typer.Exit(studies.study(swarm, file, drawn, folder, cores, scheduler, pdf))
+            raise typer.Exit(studies.study(swarm, file, drawn, folder, jobs, scheduler, pdf))
         from flockwire_operator.cli import search as searches  # noqa: PLC0415  (ribs)
 
         if replay is not None:
-            raise typer.Exit(searches.replay(swarm, replay, seed, duration, mode))
-        raise typer.Exit(searches.search(swarm, file, drawn, mode, folder, cores, scheduler, first, corpus))
-    except (StudyError, SwarmFileError) as error:
-        refuse(str(error))
-    except OSError as error:
-        unwritable(folder, error)
+            raise typer.Exit(searches.replay(swarm, replay, seed, duration, liveness))
+        raise typer.Exit(searches.search(swarm, file, drawn, liveness, folder, jobs, scheduler, first, corpus))
 
 
 @app.command(name="compare-laws")
@@ -286,20 +260,13 @@ def compare_laws(
     jobs: Annotated[int, typer.Option(min=0, help="Number of processes; 0: one for each core.")] = 0,
 ) -> None:
     """Fly several laws from the same starts in virtual time; write one table as text, CSV, LaTeX and PDF."""
-    from flockwire_lab.study.file import StudyError  # noqa: PLC0415
+    from flockwire_operator.cli import study as studies  # noqa: PLC0415  (numpy)
 
-    from flockwire_operator.cli.compare_laws import compare_laws as compare  # noqa: PLC0415  (matplotlib)
-    from flockwire_operator.cli.study import options_of  # noqa: PLC0415
-
-    name = load(swarm).swarm.name
-    folder = out or Path("runs") / f"{name}-laws-{clock.local():%Y%m%d-%H%M%S}"
-    try:
-        options = options_of(runs, seed, duration, random_starts)
-        raise typer.Exit(compare(swarm, laws, options, folder, jobs or os.cpu_count() or 1))
-    except (StudyError, SwarmFileError) as error:
-        refuse(str(error))
-    except OSError as error:
-        unwritable(folder, error)
+    refuse_endless(duration)
+    folder = out or Path("runs") / f"{load(swarm).swarm.name}-laws-{clock.local():%Y%m%d-%H%M%S}"
+    with refused(folder):
+        options = studies.options_of(runs, seed, duration, random_starts)
+        raise typer.Exit(studies.compare_laws(swarm, laws, options, folder, jobs))
 
 
 @app.command()

@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, NoReturn
 
 from flockwire_core import clock
 from flockwire_core.loading import SwarmFileError, load_swarm, read_swarm
-from flockwire_core.security.files import CredentialsError
 from flockwire_core.swarm.model import Swarm
-from flockwire_core.swarm.wording import meant, printable
+from flockwire_core.swarm.wording import InputError, meant, printable
 from flockwire_core.wire.plan import Plan
 
 from flockwire_operator.station.flown import Flown, as_flown
@@ -40,10 +39,10 @@ def unwritable(out: Path, error: OSError) -> NoReturn:
 
 @contextmanager
 def refused(out: Path | None = None) -> Iterator[None]:
-    """Refuse bad credentials, and an OSError as `unwritable` does if there is a folder `out`."""
+    """Refuse a bad input, and an OSError as `unwritable` does if there is a folder `out`."""
     try:
         yield
-    except CredentialsError as error:
+    except InputError as error:
         refuse(str(error))
     except OSError as error:
         if out is None:
@@ -61,7 +60,7 @@ def this_host(swarm: Swarm, host: str | None) -> str:
 def refuse_endless(duration: float) -> None:
     """Refuse a --duration that is not a number of seconds."""
     if not isfinite(duration):
-        refuse(f"--duration = {duration}: must be a number of seconds; 0 flies until Ctrl-C")
+        refuse(f"--duration = {duration}: must be a finite number of seconds")
 
 
 def refuse_unused(what: str, options: Mapping[str, object]) -> None:
@@ -99,10 +98,8 @@ def load(path: Path, checked: bool = True) -> Plan:
     """Return the plan of a file's swarm, or refuse the file; for an order the rules are not `checked`."""
     if (flying := as_flown(path)) is not None:
         clock.share(flying.epoch)  # this host's clock may have been set since then
-    try:
+    with refused():
         return planned(load_swarm(path) if checked else read_swarm(path))
-    except SwarmFileError as error:
-        refuse(str(error))
 
 
 def load_flying(file: Path, keys: Path | None) -> tuple[Plan, Path]:
@@ -137,12 +134,10 @@ def faults_of(path: Path | None, plan: Plan) -> tuple[Fault, ...]:
     """Return the faults of a file, empty without one; or refuse it."""
     if path is None:
         return ()
-    from flockwire_lab.faults.file import FaultFileError, load_faults  # noqa: PLC0415  (0.3 MB)
+    from flockwire_lab.faults.file import load_faults  # noqa: PLC0415  (0.3 MB)
 
-    try:
+    with refused():
         return load_faults(path, plan)
-    except FaultFileError as error:
-        refuse(str(error))
 
 
 def made_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:

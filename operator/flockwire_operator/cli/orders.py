@@ -10,7 +10,6 @@ from typing import Annotated
 import typer
 from flockwire_core.ground.order import Order
 from flockwire_core.runtime.standard_streams import unblocked
-from flockwire_core.security.files import CredentialsError
 from flockwire_core.swarm.wording import meant, printable
 from flockwire_core.wire.plan import Plan
 
@@ -129,14 +128,11 @@ def console(
 ) -> None:
     """Serve a live page of a running swarm: map, table, orders, stop. Orders need the token in the printed link."""
     from flockwire_operator.console.command import serve  # noqa: PLC0415  (aiohttp)
-    from flockwire_operator.console.foxglove_server import FoxgloveError  # noqa: PLC0415
 
     plan, folder = load_flying(swarm, keys)
     try:
-        with unblocked():
+        with refused(), unblocked():
             served = asyncio.run(serve(plan, folder, address, port, foxglove))
-    except (CredentialsError, FoxgloveError) as error:
-        refuse(str(error))
     except OSError as error:
         refuse(f"--port = {port}: cannot listen at {address}:{port}: {error.strerror}")
     raise typer.Exit(0 if served else 1)

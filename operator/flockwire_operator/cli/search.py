@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 
-from flockwire_core.loading import parse_swarm
+from flockwire_core.swarm.wording import InputError
 from flockwire_lab.search import corpus
 from flockwire_lab.search.campaign import Entry, conduct
 from flockwire_lab.search.choosing import Candidate, worst_of
@@ -16,19 +16,19 @@ from flockwire_lab.search.shrinking import shrunk
 from flockwire_lab.search.space import SearchPlan, Space, usual_space
 from flockwire_lab.search.writing import read_case, write_case, write_search
 from flockwire_lab.study import workers as study_workers
-from flockwire_lab.study.file import StudyError, load_study
+from flockwire_lab.study.file import load_study
 from flockwire_lab.study.ledger import Ledger, is_of
-from flockwire_lab.study.variation import Table, rehearse, swarm_table
+from flockwire_lab.study.variation import Table, rehearse
 from flockwire_lab.study.workers import Workers
 
-from flockwire_operator.cli.study import naming, place, shown, write_coverage
+from flockwire_operator.cli.study import naming, place, read, shown, write_coverage
 
 
 def search(
     swarm: Path,
     file: Path | None,
     options: dict[str, object],
-    mode: str,
+    liveness: bool,
     out: Path,
     jobs: int,
     scheduler: str,
@@ -39,12 +39,11 @@ def search(
 
     `earlier` is the folder of a search whose flights are flown first.
 
-    Returns the exit status: 1 with a violation, or if it was stopped. Raises StudyError and SwarmFileError for bad
+    Returns the exit status: 1 with a violation, or if it was stopped. Raises InputError for bad
     input, before anything is written; OSError if `out` fails.
     """
-    table = swarm_table(swarm)
-    checked = parse_swarm(table, str(swarm))
-    options |= {"mode": mode} if mode == "liveness" else {}
+    table, checked = read(swarm)
+    options |= {"mode": "liveness"} if liveness else {}
     plan = load_study(file, options, SearchPlan)
     if not (plan.random or plan.starts or plan.graph):
         plan = load_study(file, usual_space(table, checked, plan.mode) | options, SearchPlan)
@@ -59,27 +58,24 @@ def search(
 
 
 def _read_corpus(folder: Path, plan: SearchPlan, table: Table, space: Space) -> Corpus:
-    """Return the flights that an earlier search kept in `folder`. Raises StudyError."""
+    """Return the flights that an earlier search kept in `folder`. Raises InputError."""
     if plan.method != "search":
-        raise StudyError(f"--corpus = {folder}: method = {plan.method!r} has none; remove one of them")
+        raise InputError(f"--corpus = {folder}: method = {plan.method!r} has none; remove one of them")
     known = corpus.read(folder, space.size)
     if not is_of(folder, plan, table):
         print(f"flockwire: --corpus = {folder}: is of another swarm file, so its flights may change", file=sys.stderr)
     return known
 
 
-def replay(swarm: Path, faults: Path, seed: int | None, duration: float | None, mode: str) -> int:
+def replay(swarm: Path, faults: Path, seed: int | None, duration: float | None, liveness: bool) -> int:
     """Fly a flight of two files again, print what happens and its margins; returns 1 if it violates a property.
 
-    Raises StudyError, SwarmFileError for bad input.
+    Raises InputError for bad input.
     """
-    table = swarm_table(swarm)
-    parse_swarm(table, str(swarm))
-    judged = fly(
-        read_case(table, faults, seed or 0, duration or 8.0, "liveness" if mode == "liveness" else "safety"), print
-    )
+    table, _ = read(swarm)
+    judged = fly(read_case(table, faults, seed or 0, duration or 8.0, "liveness" if liveness else "safety"), print)
     if judged.refused:
-        raise StudyError(f"{faults}: {judged.refused}")
+        raise InputError(f"{faults}: {judged.refused}")
     for name, margin in sorted(judged.margins.items(), key=lambda item: item[1].value):
         print(f"  {name:12}{margin.value:8.3f}  {margin.what} at {margin.at:.2f} s")
     for violation in judged.violations:
@@ -111,19 +107,16 @@ def _fly(
 def _conclude(space: Space, entries: dict[int, Entry], out: Path, stopped: str, again: Again) -> int:
     """Write the worst flights, shrink the violations, print both; returns the exit status."""
     found = {number: entry.judged for number, entry in entries.items()}
-    worst = worst_of(found)
-    cases = {
-        name: space.case(entries[number].asked.point, entries[number].asked.seed) for name, number in worst.items()
-    }
-    commands = {name: write_case(case, out / "worst" / name) for name, case in cases.items()}
-    smallest: dict[str, str] = {}
+    commands, smallest = dict[str, str](), dict[str, str]()
     print(f"  {'property':12}{'least margin':>13}  flight")
-    for name, number in sorted(worst.items(), key=lambda item: found[item[1]].margins[item[0]].value):
-        margin = found[number].margins[name]
+    for name, number in sorted(worst_of(found).items(), key=lambda item: found[item[1]].margins[item[0]].value):
+        margin, asked = found[number].margins[name], entries[number].asked
+        case = space.case(asked.point, asked.seed)
+        commands[name] = write_case(case, out / "worst" / name)
         print(f"  {name:12}{margin.value:13.3f}  {number}: {margin.what} at {margin.at:.2f} s")
         if margin.violated and not stopped:
-            case, flights = shrunk(cases[name], name, fly)
-            smallest[name] = write_case(case, out / "found" / name)
+            smaller, flights = shrunk(case, name, fly)
+            smallest[name] = write_case(smaller, out / "found" / name)
             print(f"  the smallest of {flights} flights that violate it: {smallest[name]}", flush=True)
     for line in again.lines():
         print(f"  {line}")

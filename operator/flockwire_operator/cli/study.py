@@ -1,11 +1,13 @@
-"""`flockwire study`: many virtual flights, a progress bar, a table."""
+"""`flockwire study` and `compare-laws`: many virtual flights, a progress bar, a table."""
 
 from __future__ import annotations
 
+import json
+import os
 import re
 import signal
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from importlib.util import find_spec
 from pathlib import Path
@@ -13,8 +15,10 @@ from types import FrameType
 from typing import NoReturn
 
 from flockwire_core.loading import parse_swarm
+from flockwire_core.swarm.model import Swarm
+from flockwire_core.swarm.wording import InputError
 from flockwire_lab import coverage
-from flockwire_lab.study.file import Study, StudyError, load_study
+from flockwire_lab.study.file import Study, load_study
 from flockwire_lab.study.findings import Findings, find, write_worst
 from flockwire_lab.study.flight import Result, fly
 from flockwire_lab.study.ledger import Ledger, missing
@@ -31,11 +35,11 @@ NO_CHANCE = "nothing is random, so all runs of a grid point are equal and their 
 
 
 def options_of(runs: int | None, seed: int | None, duration: float | None, starts: str | None) -> dict[str, object]:
-    """Return the options as keys of a study file; raises StudyError."""
+    """Return the options as keys of a study file; raises InputError."""
     options: dict[str, object] = {"runs": runs, "seed": seed, "duration": duration}
     if starts is not None:
         if not re.fullmatch(r"\d+(\.\d+)?x\d+(\.\d+)?", starts):
-            raise StudyError(f"--random-starts = {starts!r}: must be WIDTHxDEPTH in m, like 6x6")
+            raise InputError(f"--random-starts = {starts!r}: must be WIDTHxDEPTH in m, like 6x6")
         options["starts"] = {"box": [float(side) for side in starts.split("x")]}
     return {key: value for key, value in options.items() if value is not None}
 
@@ -45,13 +49,12 @@ def study(
 ) -> int:
     """Fly the remaining runs, write and print the results; returns the exit status.
 
-    Raises StudyError and SwarmFileError for bad input and ModuleNotFoundError without matplotlib, before anything is
-    written; OSError if `out` fails.
+    Raises InputError for bad input and ModuleNotFoundError without matplotlib, before anything is written; OSError if
+    `out` fails.
     """
     if find_spec("matplotlib") is None:  # said before all flights have flown
         raise ModuleNotFoundError("No module named 'matplotlib'", name="matplotlib")
-    table = swarm_table(swarm)
-    checked = parse_swarm(table, str(swarm))
+    table, checked = read(swarm)
     plan = load_study(file, options, Study)
     with naming(file or swarm):
         rehearse(plan, table)
@@ -68,18 +71,60 @@ def study(
     return _verdict(findings, stopped)
 
 
+def compare_laws(swarm: Path, laws: Sequence[str], options: dict[str, object], out: Path, jobs: int) -> int:
+    """Fly the remaining runs of a study of `laws`, write and print their table; returns 1 if it was stopped.
+
+    Raises InputError for bad input, OSError if `out` fails.
+    """
+    from flockwire_lab.study.law_table import CAPTION, rows, text, write  # noqa: PLC0415  (matplotlib)
+
+    table, _ = read(swarm)
+    plan = load_study(None, options | {"grid": {"control": [_control(table, law) for law in laws]}}, Study)
+    with naming(swarm):
+        rehearse(plan, table)
+    with place(jobs, "") as workers, Ledger(out, plan, table, Result) as ledger:
+        stopped = fly_missing(plan, table, ledger, workers)
+        found = rows(plan, ledger.results)
+    print(f"{text(found)}\n\n{CAPTION}")
+    print(f"flockwire: {', '.join(map(str, write(found, out)))}" + (f"; {stopped}" if stopped else ""))
+    return 1 if stopped else 0
+
+
+def _control(table: Table, text: str) -> dict[str, object]:
+    """Return the table [control] for `LAW` or `LAW,PARAMETER=NUMBER,…`; the file's own law keeps its parameters."""
+    law, *given = text.split(",")
+    control = dict(table.get("control", {}))
+    if law != control.get("law"):
+        control.pop("parameters", None)
+        control.pop("information", None)
+    parameters = dict(control.get("parameters", {}))
+    for one in given:
+        name, _, value = one.partition("=")
+        try:
+            parameters[name.strip()] = json.loads(value)
+        except ValueError:
+            raise InputError(f"LAW = {text!r}: must be LAW or LAW,PARAMETER=NUMBER, as consensus,gain=0.5") from None
+    return control | {"law": law} | ({"parameters": parameters} if parameters else {})
+
+
+def read(swarm: Path) -> tuple[Table, Swarm]:
+    """Return the content of a swarm file, and the swarm. Raises SwarmFileError."""
+    table = swarm_table(swarm)
+    return table, parse_swarm(table, str(swarm))
+
+
 @contextmanager
 def naming(file: Path) -> Iterator[None]:
-    """Put the name of `file` before each line of a StudyError."""
+    """Put the name of `file` before each line of an InputError."""
     try:
         yield
-    except StudyError as error:
-        raise StudyError("\n".join(f"{file}: {line}" for line in str(error).split("\n"))) from None
+    except InputError as error:
+        raise InputError("\n".join(f"{file}: {line}" for line in str(error).split("\n"))) from None
 
 
 def place(jobs: int, scheduler: str) -> AbstractContextManager[Workers]:
-    """Return the workers: those of the Dask cluster at the address `scheduler`, or else `jobs` processes."""
-    return cluster(scheduler) if scheduler else local(jobs)
+    """Return the workers: those of the Dask cluster at the address `scheduler`, or `jobs` processes (0: all cores)."""
+    return cluster(scheduler) if scheduler else local(jobs or os.cpu_count() or 1)
 
 
 def write_coverage(flights: Iterable[Mapping[str, int]], out: Path) -> None:

@@ -59,7 +59,6 @@ def view(
     ] = None,
 ) -> None:
     """Write the flight as a page that plays it: from above, from the side, in 3-D (one file, without network)."""
-    from flockwire_analysis.reading import read_trace  # noqa: PLC0415  (numpy)
     from flockwire_analysis.replay import NAME, write_replay  # noqa: PLC0415
     from flockwire_analysis.summary import summarise  # noqa: PLC0415
 
@@ -68,7 +67,7 @@ def view(
         refuse(f"--out = {file}: must end with .html")
 
     def write() -> Path:
-        found = read_trace(trace)
+        found = _read(trace)
         return write_replay(found, summarise(found), file)
 
     with progress("reads the trace"):
@@ -87,13 +86,12 @@ def animate(
 ) -> None:
     """Write the flight as a moving picture: GIF, 3 MB at most, or MP4 where ffmpeg is installed."""
     from flockwire_analysis.figures.animation import animate as write  # noqa: PLC0415  (matplotlib)
-    from flockwire_analysis.reading import read_trace  # noqa: PLC0415
 
     file = out or trace.parent / "flight.gif"
     if file.suffix not in (".gif", ".mp4"):
         refuse(f"--out = {file}: must end with .gif or .mp4")
     with progress("reads the trace, draws its frames"):
-        print(_trace(lambda: write(read_trace(trace), file, seconds, view, width)))
+        print(_trace(lambda: write(_read(trace), file, seconds, view, width)))
 
 
 @app.command()
@@ -119,10 +117,9 @@ def export(
 ) -> None:
     """Write a trace as tables: poses, estimates, commands, telemetry, errors, events."""
     from flockwire_analysis.export import write_csv, write_parquet  # noqa: PLC0415  (numpy)
-    from flockwire_analysis.reading import read_trace  # noqa: PLC0415
 
     write = write_csv if form is Form.CSV else write_parquet
-    for path in _trace(lambda: write(read_trace(trace), out or trace.parent / "tables")):
+    for path in _trace(lambda: write(_read(trace), out or trace.parent / "tables")):
         print(path)
 
 
@@ -135,11 +132,10 @@ def compare(
     from flockwire_analysis.comparison import as_csv, as_latex, as_text, comparison, groups_of  # noqa: PLC0415  (scipy)
     from flockwire_analysis.figures.comparison import MOST  # noqa: PLC0415  (matplotlib)
     from flockwire_analysis.figures.comparison import compare as draw  # noqa: PLC0415
-    from flockwire_analysis.reading import read_trace  # noqa: PLC0415
     from flockwire_analysis.summary import summarise  # noqa: PLC0415
 
     files = [_flights_of(one) for one in flights]
-    traces = _trace(lambda: [{name: read_trace(path) for name, path in one.items()} for one in files])
+    traces = _trace(lambda: [{name: _read(path) for name, path in one.items()} for one in files])
     names = _names(flights)
     groups = groups_of(names, [{name: summarise(trace) for name, trace in one.items()} for one in traces])
     rows = comparison(groups)
@@ -169,16 +165,27 @@ def _flights_of(path: Path) -> dict[str, Path]:
 
 
 def _names(paths: list[Path]) -> list[str]:
-    """Return distinct names of traces and folders: the last parts of their paths, as many as needed."""
-    folders = [path.is_dir() for path in paths]
-    parts = [path.resolve().parts if path.is_dir() else path.with_suffix("").resolve().parts for path in paths]
-    if not any(folders) and len({path.stem for path in paths}) == 1:
-        parts = [one[:-1] for one in parts]  # the folders of flights tell more
+    """Return distinct names of traces and folders: the last parts of their paths, as many as needed.
+
+    A file trace.mcap has the name of its folder.
+    """
+    named = (path if path.is_dir() else path.parent if path.stem == "trace" else path.with_suffix("") for path in paths)
+    parts = [path.resolve().parts for path in named]
     for count in range(1, max(map(len, parts)) + 1):
         names = ["/".join(one[-count:]) for one in parts]
         if len(set(names)) == len(names):
             return names
     return [f"{k}: {name}" for k, name in enumerate(names, 1)]
+
+
+def _read(path: Path) -> Any:  # noqa: ANN401  (a Trace; its package is large)
+    """Return the trace in `path`; say what is missing of it."""
+    from flockwire_analysis.reading import read_trace  # noqa: PLC0415  (numpy)
+
+    found = read_trace(path)
+    if found.lost_bytes:
+        print(f"flockwire: missing: {found.lost_bytes} bytes of {path} are incomplete", file=sys.stderr)
+    return found
 
 
 def _trace(work: Any) -> Any:  # noqa: ANN401  (it passes through whatever `work` returns)

@@ -12,7 +12,7 @@ from flockwire_core.swarm.wording import printable
 from flockwire_core.wire.plan import Plan
 
 from flockwire_operator.cli.arguments import AsJson, SwarmFile
-from flockwire_operator.cli.inputs import load, refuse
+from flockwire_operator.cli.inputs import load, refuse, refused
 
 if TYPE_CHECKING:
     from flockwire_core.domain.vector import Vector
@@ -63,7 +63,7 @@ def align(
     seconds: Seconds = 1.5,
 ) -> None:
     """Find rotation and offset from the tracker's frame to the field's, from bodies at known places."""
-    from flockwire_mocap.survey.alignment import AlignmentError, align_bodies  # noqa: PLC0415
+    from flockwire_mocap.survey.alignment import align_bodies  # noqa: PLC0415
 
     plan = load(swarm)
     known = _places(plan, at or [])
@@ -71,10 +71,8 @@ def align(
     seen = inspection.places()
     if state.trouble and not seen:
         refuse(state.trouble)
-    try:
+    with refused():
         found = align_bodies(seen, known)
-    except AlignmentError as error:
-        refuse(str(error))
     for name, residual in zip(known, found.residuals, strict=True):
         print(f"{name:20} {1000 * residual:7.1f} mm left")
     if found.doubtful:
@@ -83,7 +81,7 @@ def align(
 
 
 def _listen(plan: Plan, seconds: float) -> tuple[Inspection, SourceState]:
-    from flockwire_mocap.survey.listening import listen  # noqa: PLC0415
+    from flockwire_mocap.survey.inspection import listen  # noqa: PLC0415
 
     try:
         return asyncio.run(listen(plan, seconds))

@@ -1,23 +1,76 @@
-"""Serves the page, and Foxglove if requested, until it is interrupted."""
+"""Serves the page, and Foxglove and Lichtblick if requested, until it is interrupted.
+
+Their protocol (foxglove.sdk.v1) is that of foxglove-sdk, in its own threads: unchanged payloads with their ROS 2
+schemas. Its clients are read-only.
+"""
 
 from __future__ import annotations
 
 import asyncio
 import secrets
 import sys
+from collections import Counter
 from contextlib import ExitStack, closing
 from pathlib import Path
 
 from aiohttp import web
 from flockwire_core import clock
+from flockwire_core.extras import remedy
+from flockwire_core.runtime.session import Session
+from flockwire_core.runtime.topics import Topic, in_order
+from flockwire_core.swarm.wording import InputError
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import CONSOLE
+from flockwire_core.wire.schemas import schema_text
 
-from flockwire_operator.console.foxglove_server import FoxgloveServer
 from flockwire_operator.console.server import Pages
 from flockwire_operator.station.connecting import connected
 from flockwire_operator.station.operator import Operator
 from flockwire_operator.station.terminal.interrupts import interrupts
+
+
+class FoxgloveServer:
+    """Serves at `address` and `port` the topics to which `identity` subscribes on `session`.
+
+    Port 0 means any free port: `port` is the actual one. The constructor raises InputError.
+    """
+
+    def __init__(self, plan: Plan, identity: str, session: Session, address: str, port: int) -> None:
+        try:
+            import foxglove  # noqa: PLC0415  (an extra)
+        except ImportError as error:
+            line = f"--foxglove = {port}: needs the package foxglove-sdk: {remedy('foxglove')}"
+            raise InputError(f"{line} ({error})") from None
+        self._context = context = foxglove.Context()  # kept, because the channels need it
+        try:
+            self._server = foxglove.start_server(name=plan.swarm.name, host=address, port=port, context=context)
+        except RuntimeError as error:
+            reason = str(error).removeprefix("InputError: ")
+            raise InputError(f"--foxglove = {port}: cannot listen at {address}:{port}: {reason}") from None
+        self.port = self._server.port
+        self._rejected: Counter[str] = Counter()
+        self._topics = [Topic(plan, key, session) for key in plan.subscribes[identity]]
+        self._channels = {
+            topic.name: foxglove.Channel(
+                topic.name,
+                schema=foxglove.Schema(
+                    name=topic.ros_type, encoding="ros2msg", data=schema_text(topic.ros_type).encode()
+                ),
+                message_encoding="cdr",
+                context=context,
+            )
+            for topic in self._topics
+        }
+
+    def forward(self, now: int) -> None:
+        """Pass on the messages received by `now` (Unix ns); call it at least ten times a second."""
+        for sent, topic, _, _, payload in in_order(self._topics, now, self._rejected):
+            self._channels[topic].log(payload, log_time=max(0, sent))
+
+    def close(self) -> None:
+        """Stop serving."""
+        self._server.stop()
+
 
 UNSAFE_PORT = "--port = {port}: browsers refuse to open this port (ERR_UNSAFE_PORT); choose another, like 8420"
 UNSAFE = frozenset({  # the "bad ports" of https://fetch.spec.whatwg.org
@@ -32,7 +85,7 @@ async def serve(plan: Plan, keys: Path, address: str, port: int, foxglove: int |
     """Serve the pages of a swarm at `address`, and Foxglove at the port `foxglove` of it, None: not at all.
 
     Returns False if it was interrupted before the router answered. Raises OSError if the port cannot be opened,
-    CredentialsError, FoxgloveError.
+    CredentialsError, InputError.
     """
     poll = 0.1  # s
     if port in UNSAFE:

@@ -12,7 +12,7 @@ from flockwire_core.domain.pose import LEVEL, Pose
 from flockwire_core.domain.quaternion import conjugate, rotate
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.stepping import is_due, next_deadline
-from flockwire_core.ros.messages import Transform, battery, derivative, diagnostic, diagnostics, odometry, transforms
+from flockwire_core.ros.messages import NamedPose, battery, derivative, diagnostic, diagnostics, odometry, transforms
 from flockwire_core.wire.codec import Message, encode
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.plan import Plan
@@ -47,7 +47,7 @@ class Mirror:
         self._statuses: dict[str, Status] = {}
         self._picture, self._health = Picture(plan, self._statuses), Health(plan, self._statuses)
         self._due: list[Publication] = []
-        self._moved: list[Transform] = []
+        self._moved: list[NamedPose] = []
         self._tracks: dict[str, VelocityTracker] = {}
         self._next_picture = self._next_health = 0
         self._begun = False
@@ -88,9 +88,9 @@ class Mirror:
             due.append((SWARM_STATUS, diagnostic(self._health.swarm(now))))
         return due
 
-    def _tracker(self, now: int) -> Transform:
+    def _tracker(self, now: int) -> NamedPose:
         gateway = self._swarm.gateway
-        return Transform(now, self._names.frame(TRACKER_FRAME), gateway.offset, gateway.rotation)
+        return NamedPose(now, self._names.frame(TRACKER_FRAME), gateway.offset, gateway.rotation)
 
     def _pose(self, key: Key, topics: tuple[Topic, ...], pose: Pose) -> None:
         time_constant = 0.05  # s, of the velocity in an odometry
@@ -103,7 +103,7 @@ class Mirror:
         velocity = rotate(conjugate(orientation), track.velocity)
         self._due.append((topics[0], encode(pose)))
         self._due.append((topics[1], odometry(stamp, frame, name, position, orientation, velocity)))
-        self._moved.append(Transform(stamp, name, position, orientation))
+        self._moved.append(NamedPose(stamp, name, position, orientation))
         self._picture.positions[key.owner] = position
 
     def _command(self, key: Key, topics: tuple[Topic, ...], command: Command) -> None:

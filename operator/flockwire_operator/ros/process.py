@@ -12,7 +12,7 @@ import secrets
 
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.stepping import StepCounts
-from flockwire_core.ros.advice import advice
+from flockwire_core.ros.graph import advice
 from flockwire_core.runtime.ending import Ending, last_resort, wait_for_end
 from flockwire_core.runtime.job import Job, connect_job
 from flockwire_core.runtime.refusals import Refusals
@@ -90,7 +90,7 @@ class RosProcess:
     def _take(self, now: int) -> None:
         if self._services is not None:
             for request in self._services.take():
-                self.core.request(request.name, now, request.answer)
+                self.core.services.request(request.name, now, request.answer)
         if self._steering is not None and self.core.steering is not None:
             for arrived in self._steering.take():
                 self._steered = now

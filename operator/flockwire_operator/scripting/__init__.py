@@ -1,6 +1,46 @@
-"""Flights by script: `open_swarm` flies a swarm from Python coroutines, in real or in virtual time."""
+"""Flights by script: `open_swarm` flies a swarm from Python coroutines, in real or in virtual time.
+
+It starts the swarm's processes, real or virtual, and ends them with the script.
+"""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+
+from flockwire_core import clock
+from flockwire_core.loading import load_swarm
+from flockwire_core.wire.plan import Plan
 
 from flockwire_operator.scripting.flight import DroneStatus, Flight, FlightError
-from flockwire_operator.scripting.opening import open_swarm
+from flockwire_operator.station.folders import check_no_trace
 
 __all__ = ["DroneStatus", "Flight", "FlightError", "open_swarm"]
+
+
+@asynccontextmanager
+async def open_swarm(
+    file: str | Path, virtual: bool = False, seed: int = 0, out: str | Path | None = None
+) -> AsyncIterator[Flight]:
+    """Open the swarm of `file`; its processes run during the context.
+
+    Flying drones land at the end of the context. `virtual` flies in virtual time, by `seed`. Trace and report go into
+    the folder `out` (default: runs/NAME-script-TIME; in virtual time nothing is written without it). Raises
+    SwarmFileError, PortInUseError, CredentialsError, FileExistsError if `out` has a trace of another flight.
+    """
+    path = Path(file)
+    plan = Plan(load_swarm(path))
+    if out is not None:
+        check_no_trace(Path(out))
+    if virtual:
+        from flockwire_operator.scripting.virtual import VirtualFlight  # noqa: PLC0415
+
+        async with VirtualFlight(plan, path, seed, Path(out) if out is not None else None) as flight:
+            yield flight
+        return
+    from flockwire_operator.scripting.real import RealFlight  # noqa: PLC0415
+
+    folder = Path(out or f"runs/{plan.swarm.name}-script-{clock.local():%Y%m%d-%H%M%S}")
+    async with RealFlight(plan, path, folder) as real:
+        yield real

@@ -9,6 +9,7 @@ from typing import Any
 
 from flockwire_core.control.convergence import convergence
 from flockwire_core.domain.time import SECOND
+from flockwire_core.swarm.formation_rules import survey_of
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import Status
@@ -34,7 +35,7 @@ def description(plan: Plan, warnings: Iterable[str]) -> Answer:
     """Return what `check` finds in a sound swarm file."""
     swarm = plan.swarm
     graph, depths = swarm.topology, swarm.topology.depths()
-    surveys = {name: swarm.survey(name) for name in swarm.formation_names}
+    surveys = {name: survey_of(swarm, name) for name in swarm.formation_names}
     return {
         "name": swarm.name,
         "leaders": {str(i): leader.kind for i, leader in swarm.leading.items()},

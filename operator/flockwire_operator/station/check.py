@@ -13,12 +13,13 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 from flockwire_core import clock
 from flockwire_core.control.airframe.first_order_lag import critical_gain, smallest_smoothing
 from flockwire_core.control.convergence import convergence, smallest_observer_gain
-from flockwire_core.control.leader_track import leader_time_constant, motion_error, noise_gain
+from flockwire_core.control.leader_track import motion_error, noise_gain
 from flockwire_core.domain.vector import norm
 from flockwire_core.objects import load_object
 from flockwire_core.own_law import Checked, law_check, step_time
-from flockwire_core.parameters import guard_parameters
+from flockwire_core.parameters import guard_parameters, leader_time_constant
 from flockwire_core.swarm.airframes import AIRFRAMES, ByItself
+from flockwire_core.swarm.formation_rules import survey_of
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.plan import Plan, port_of
 
@@ -126,7 +127,7 @@ def _formations(swarm: Swarm, duration: float) -> Iterator[str]:
         fence += f", polygon of {len(limits.fence.polygon)} corners"
     for name in swarm.formation_names:
         kind = swarm.formation_table(name).kind
-        shape = swarm.survey(name, duration)
+        shape = survey_of(swarm, name, duration)
         low, high = (", ".join(f"{x:.2f}" for x in corner) for corner in (shape.low, shape.high))
         yield f"formation {name or '(default)'}: {kind}"
         yield f"  fastest  {shape.max_speed:6.2f} m/s  limit {limits.speed:.2f} m/s"
@@ -186,7 +187,7 @@ def warnings(swarm: Swarm) -> Iterator[str]:
     if swarm.control.filtered:
         yield from _sight_warnings(swarm)
     for row in AIRFRAMES:
-        if row.warnings:
+        if row.warnings and swarm.of_kind(row):
             yield from load_object(row.warnings)(swarm)
     yield from idle(swarm)
 
@@ -246,7 +247,7 @@ def _wind_warnings(swarm: Swarm) -> Iterator[str]:
 def _sight_warnings(swarm: Swarm) -> Iterator[str]:
     """Yield a warning if the safety filter limits the speed below what formation and leader need, with the remedy."""
     for name, number in _kinds(swarm):
-        guard, needed = guard_parameters(swarm, number), swarm.survey().max_speed + swarm.leader_speed
+        guard, needed = guard_parameters(swarm, number), survey_of(swarm).max_speed + swarm.leader_speed
         if guard.fastest < min(needed, guard.speed):
             radius = guard.separation.drone + 2.0 * needed * guard.delay + needed * needed / guard.acceleration
             yield (
@@ -258,7 +259,7 @@ def _sight_warnings(swarm: Swarm) -> Iterator[str]:
 
 def _trail_warnings(swarm: Swarm) -> Iterator[str]:
     """Yield a warning if an airframe trails its place under (9), which knows no delay A: by A |h''| / K (ours)."""
-    control, acceleration, most = swarm.control, swarm.survey().max_acceleration, swarm.checks.formation_tail
+    control, acceleration, most = swarm.control, survey_of(swarm).max_acceleration, swarm.checks.formation_tail
     for name, number in _kinds(swarm):
         frame = swarm.airframe(number)
         slowness = frame.lag + frame.dead_time + swarm.gateway.latency

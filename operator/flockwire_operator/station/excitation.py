@@ -26,7 +26,9 @@ from flockwire_core.wire.status import Report
 
 from flockwire_operator.station.identification import StepResponse
 
-PULSES = ((0.5, 1.0), (1.0, -1.0), (0.5, 1.0)) * 6  # s, sign: it ends at its start
+SHORT, LONG = (((seconds, 1.0), (2.0 * seconds, -1.0), (seconds, 1.0)) for seconds in (0.5, 1.0))  # s, sign
+PULSES = SHORT * 2 + LONG * 2  # short ones for the dead time, long ones for the gain; each ends at its start
+EXCITED = sum(duration for duration, _ in PULSES)  # s
 STEP = 0.3  # m/s
 MOST_INTERRUPTIONS = 5  # holds, by the staleness ladder, that it tolerates
 ROSE, NOT_ROSE = 0.6, 0.25  # m, of a drone by its own sensors, and of its body at the tracker
@@ -123,32 +125,37 @@ class ExcitationCore:
             )
 
     def _go_on(self, phase: Phase, now: int) -> None:
-        rest = 3.0  # s at the place, before each axis
         lasted = (now - self._since) / SECOND
         match self.stage:
             case ExcitationStage.WAITING:
-                if phase is Phase.READY:
-                    self._order("takeoff", now)
-                elif phase is Phase.HOLD:
-                    self._order("start", now)
-                elif phase is Phase.FORMATION:
-                    self._enter(ExcitationStage.RESTING, now)
-                elif lasted > PATIENCE:
-                    self._fail(f"still {phase} after {PATIENCE:.0f} s: {self._pilot.flight.reason.text}", now)
-            case ExcitationStage.RESTING | ExcitationStage.EXCITING if (
-                phase is Phase.HOLD and self._interruptions < MOST_INTERRUPTIONS
-            ):
-                self._interruptions += self.stage is ExcitationStage.EXCITING
-                self._enter(ExcitationStage.RESTING, now)  # the axis restarts when all inputs are fresh
-            case ExcitationStage.RESTING | ExcitationStage.EXCITING if phase is not Phase.FORMATION:
-                self._fail(f"{phase}: {self._pilot.flight.reason.text or 'on the ground'}", now)
-            case ExcitationStage.RESTING if lasted >= rest:
-                self._begin(now)
-            case ExcitationStage.EXCITING if lasted >= sum(duration for duration, _ in PULSES):
-                self.responses[self._left.pop(0)] = StepResponse(tuple(self._changes), tuple(self._track))
-                self._enter(ExcitationStage.RESTING if self._left else ExcitationStage.LANDING, now)
+                self._rise(phase, lasted, now)
+            case ExcitationStage.RESTING | ExcitationStage.EXCITING:
+                self._measure(phase, lasted, now)
             case ExcitationStage.LANDING if phase in (Phase.GROUNDED, Phase.READY, Phase.STOPPED):
                 self._enter(ExcitationStage.DONE, now)
+
+    def _rise(self, phase: Phase, lasted: float, now: int) -> None:
+        verb = {Phase.READY: "takeoff", Phase.HOLD: "start"}.get(phase)
+        if verb is not None:
+            self._order(verb, now)
+        elif phase is Phase.FORMATION:
+            self._enter(ExcitationStage.RESTING, now)
+        elif lasted > PATIENCE:
+            self._fail(f"still {phase} after {PATIENCE:.0f} s: {self._pilot.flight.reason.text}", now)
+
+    def _measure(self, phase: Phase, lasted: float, now: int) -> None:
+        rest = 3.0  # s at the place, before each axis
+        excites = self.stage is ExcitationStage.EXCITING
+        if phase is Phase.HOLD and self._interruptions < MOST_INTERRUPTIONS:
+            self._interruptions += excites
+            self._enter(ExcitationStage.RESTING, now)  # the axis restarts when all inputs are fresh
+        elif phase is not Phase.FORMATION:
+            self._fail(f"{phase}: {self._pilot.flight.reason.text or 'on the ground'}", now)
+        elif excites and lasted >= EXCITED:
+            self.responses[self._left.pop(0)] = StepResponse(tuple(self._changes), tuple(self._track))
+            self._enter(ExcitationStage.RESTING if self._left else ExcitationStage.LANDING, now)
+        elif not excites and lasted >= rest:
+            self._begin(now)
 
     def _begin(self, now: int) -> None:
         axis, c, s = self._left[0], cos(self._yaw), sin(self._yaw)

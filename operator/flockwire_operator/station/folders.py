@@ -46,22 +46,20 @@ def complete_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:
     from flockwire_core.security.credentials import load_credentials  # noqa: PLC0415
     from flockwire_core.security.pki import FLIGHT, expiring  # noqa: PLC0415
 
-    swarm = plan.swarm
     folder = keys_folder(file, plan, keys)
-    warn_of(swarm)
-    first = next(iter(swarm.hosts)) == host  # keys of another host come from the first one
-    found, authority = (os.access(folder / name, os.F_OK) for name in ("ca.crt", "authority/ca.key"))
-    here = (first and not found) or authority
-    if swarm.network.security == "mtls":
-        if here:
-            made = renew_keys(plan, folder)
-            if made and keys is not None:
-                which = "a new authority and all keys" if set(plan.authorities) <= set(made) else ", ".join(made)
-                print(f"flockwire: warning: --keys = {folder}: made {which} there")
-        for identity in (*plan.processes_on(host), OPERATOR.kind):
-            load_credentials(folder, identity, clock.utc(), plan.issuer(identity), plan.authorities, FLIGHT)
-        for line in expiring(plan, folder, clock.utc()):
-            print(f"flockwire: warning: {line}", file=sys.stderr)
+    warn_of(plan.swarm)
+    if plan.swarm.network.security != "mtls":
+        return folder
+    first = next(iter(plan.swarm.hosts)) == host  # keys of another host come from the first one
+    if os.access(folder / "authority/ca.key", os.F_OK) or (first and not os.access(folder / "ca.crt", os.F_OK)):
+        made = renew_keys(plan, folder)
+        if made and keys is not None:
+            which = "a new authority and all keys" if set(plan.authorities) <= set(made) else ", ".join(made)
+            print(f"flockwire: warning: --keys = {folder}: made {which} there")
+    for identity in (*plan.processes_on(host), OPERATOR.kind):
+        load_credentials(folder, identity, clock.utc(), plan.issuer(identity), plan.authorities, FLIGHT)
+    for line in expiring(plan, folder, clock.utc()):
+        print(f"flockwire: warning: {line}", file=sys.stderr)
     return folder
 
 

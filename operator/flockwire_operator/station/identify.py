@@ -19,11 +19,10 @@ from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.plan import Plan
 from matplotlib.figure import Figure
 
-from flockwire_operator.station.connecting import UNANSWERED, connected
 from flockwire_operator.station.excitation import Axis, ExcitationCore, ExcitationStage
-from flockwire_operator.station.host import Host, PortInUseError, busy_endpoint
-from flockwire_operator.station.identification import AxisFit, StepResponse, combined
-from flockwire_operator.station.processes import Children
+from flockwire_operator.station.host import Host
+from flockwire_operator.station.identification import AxisFit, StepResponse, combined, fit_axis
+from flockwire_operator.station.processes import Children, UnansweredError, started
 from flockwire_operator.station.terminal.interrupts import Interrupts, interrupts
 
 UNTIMED = "the gateway's time is not known: check the gateway and the link to it"
@@ -37,19 +36,10 @@ async def excite(
     """Fly drone `number` along `axes` and return the measurements; raises PortInUseError, CredentialsError."""
     pilot = plan.pilots[number]
     needed = [identity for identity in plan.processes_on(plan.hosts[pilot]) if _needed(plan, identity, number)]
-    if busy := busy_endpoint(plan, (pilot, *needed)):
-        raise PortInUseError(busy)
-    children = Children(Host(plan, swarm_file, plan.hosts[pilot], out, keys))
+    host = Host(plan, swarm_file, plan.hosts[pilot], out, keys)
     with interrupts() as interrupted:
         try:
-            for identity in needed:
-                children.start(identity)
-            session = await connected(plan, pilot, keys, interrupted, hopeless=children.died)
-            if session is None:
-                core = ExcitationCore(plan.swarm, number, clock.now(), axes)
-                core.failure = children.died() or UNANSWERED
-                return core
-            with session:
+            async with started(host, needed, pilot, interrupted) as (children, session):
                 swarm_clock = SwarmClock(plan, pilot, session)
                 core = await begun(swarm_clock, plan.swarm, number, axes, lambda: interrupted.count or children.died())
                 if not swarm_clock.known():
@@ -60,8 +50,9 @@ async def excite(
                 shell.start()
                 await _watch(core, uav(number), children, interrupted)
                 shell.stop()
-        finally:
-            await children.end(interrupted)
+        except UnansweredError as error:
+            core = ExcitationCore(plan.swarm, number, clock.now(), axes)
+            core.failure = str(error)
     return core
 
 
@@ -95,6 +86,11 @@ async def begun(
 def _needed(plan: Plan, identity: str, number: int) -> bool:
     row, drone = plan.rows[identity], plan.members[identity].drone
     return not row.pilot and not row.records and drone in (None, number)
+
+
+def fits(core: ExcitationCore) -> Fits:
+    """Return the fit of each measured axis. Raises IdentificationError."""
+    return {axis: fit_axis(response) for axis, response in core.responses.items()}
 
 
 def described(found: Fits) -> Iterator[str]:

@@ -7,9 +7,9 @@ from math import dist, hypot
 
 from flockwire_core.control.trajectory import Trajectory
 from flockwire_core.domain.vector import ZERO, Vector, add, norm
-from flockwire_core.swarm.formation_rules import conflicts
+from flockwire_core.swarm.formation_rules import SURVEY_HORIZON, conflicts, survey_of
 from flockwire_core.swarm.leader import AT_REST
-from flockwire_core.swarm.model import SURVEY_HORIZON, Swarm, uav
+from flockwire_core.swarm.model import Swarm, uav
 
 
 def predicted(swarm: Swarm, duration: float, avoided: bool = True) -> Iterator[str]:
@@ -30,7 +30,7 @@ def predicted(swarm: Swarm, duration: float, avoided: bool = True) -> Iterator[s
     for name, key in swarm.formation_keys.items():
         yield from _of_followers(swarm, name, duration, avoided)
         if duration > SURVEY_HORIZON:  # the rules have looked at what comes before it
-            yield from map(str, conflicts(swarm, key, swarm.survey(name, duration)))
+            yield from map(str, conflicts(swarm, key, survey_of(swarm, name, duration)))
 
 
 def _of_real_drones(swarm: Swarm) -> Iterator[str]:
@@ -74,7 +74,7 @@ def _of_followers(swarm: Swarm, name: str, duration: float, avoided: bool) -> It
     formation, trajectory = swarm.build_formation(name), _trajectory(swarm, swarm.sole_leader)
     room, course = limits.fence.room(), _course(swarm, swarm.sole_leader)
     fastest, outside = (0.0, 0), None
-    blocked: dict[tuple[int, int], float] = {}  # when, by place and obstacle
+    blocked: dict[int, tuple[float, int]] = {}  # when first, and by which obstacle, by place
     for t in _instants(duration):
         leader, rate = course(t), trajectory.rate(t)
         for rank in range(len(swarm.followers)):
@@ -83,7 +83,7 @@ def _of_followers(swarm: Swarm, name: str, duration: float, avoided: bool) -> It
             if outside is None and room.outside(place) > 0.0:
                 outside = t, rank, place
             for obstacle in _too_near(swarm, place):
-                blocked.setdefault((rank, obstacle), t)
+                blocked.setdefault(rank, (t, obstacle))
     speed, rank = fastest
     if speed > limits.speed:
         who = _owner(swarm, name, rank)
@@ -92,10 +92,10 @@ def _of_followers(swarm: Swarm, name: str, duration: float, avoided: bool) -> It
         t, rank, place = outside
         yield f"{key}: the place of {_owner(swarm, name, rank)} leaves limits.fence after {t:.1f} s, at {_shown(place)}"
     if blocked and avoided:
-        (rank, obstacle), t = min(blocked.items(), key=lambda one: one[1])
+        rank, (t, obstacle) = next(iter(blocked.items()))  # the earliest
         yield (
             f"{key}: obstacle {obstacle} is at the place of {_owner(swarm, name, rank)} after {t:.1f} s; it must avoid "
-            f"it, as {len({drone for drone, _ in blocked})} of {len(swarm.followers)} followers must"
+            f"it, as {len(blocked)} of {len(swarm.followers)} followers must"
         )
 
 

@@ -29,10 +29,9 @@ from flockwire_core.wire.processes import OPERATOR
 from flockwire_lab.probe.attackers import MODES, POLL, Attack, Attacker
 from flockwire_lab.probe.matrix import OUTSIDERS, AttackResult, Deviation, as_json, deviations, draw
 
-from flockwire_operator.station.connecting import connected
-from flockwire_operator.station.host import Host, PortInUseError, busy_endpoint
+from flockwire_operator.station.host import Host
 from flockwire_operator.station.operator import Operator
-from flockwire_operator.station.processes import Children
+from flockwire_operator.station.processes import started
 from flockwire_operator.station.terminal.interrupts import Interrupts
 from flockwire_operator.station.terminal.progress import Show, progress
 
@@ -72,16 +71,20 @@ def probe(
         for identity in plan.started
         if identity not in _alive(operator)
     ]
+
+    def deviating(observed: list[AttackResult], alive: frozenset[str]) -> list[Deviation]:
+        return [deviation for one in observed for deviation in deviations(plan, one, alive & _alive(operator))]
+
     with tempfile.TemporaryDirectory() as scratch:
         for count, group in enumerate(attackers(plan, keys, Path(scratch))):
             advance(f"attacks as {group[0].identity}", count)
             alive = _alive(operator)
             observed = list(_attack(plan, keys, group, operator))
-            if any(not deviation.leak for o in observed for deviation in deviations(plan, o, alive & _alive(operator))):
+            if any(not deviation.leak for deviation in deviating(observed, alive)):
                 again = _attack(plan, keys, group, operator, second_look)
                 observed = [first | second for first, second in zip(observed, again, strict=True)]
             observations += observed
-            new = [deviation for o in observed for deviation in deviations(plan, o, alive & _alive(operator))]
+            new = deviating(observed, alive)
             found += new
             for deviation in new:
                 show(deviation.sentence())
@@ -91,40 +94,25 @@ def probe(
 async def run(plan: Plan, swarm_file: Path, keys: Path, out: Path) -> list[Deviation]:
     """Probe the swarm, and start it first if it does not run; prints and returns all deviations.
 
-    Raises CredentialsError, FileNotFoundError without the authority's key, PortInUseError, RouterAbsentError.
+    Raises CredentialsError, FileNotFoundError without the authority's key, PortInUseError, UnansweredError.
     """
     out.mkdir(parents=True, exist_ok=True)
-    children = None
-    session = None
-    try:
-        if not await _runs(plan, keys):
-            children = Children(Host(plan, swarm_file, next(iter(plan.swarm.hosts)), out, keys))
-            busy = busy_endpoint(plan, plan.started)
-            if busy:
-                raise PortInUseError(busy)
-            print(f"flockwire: {plan.swarm.name} does not run: starting it, on the ground")
-            for identity in plan.started:
-                children.start(identity)
-        died = children.died if children is not None else str
-        session = await connected(plan, OPERATOR.kind, keys, Interrupts(), hopeless=died)
-        if session is None:
-            raise RouterAbsentError(died())
+    runs = await _runs(plan, keys)
+    if not runs:
+        print(f"flockwire: {plan.swarm.name} does not run: starting it, on the ground")
+    host = Host(plan, swarm_file, next(iter(plan.swarm.hosts)), out, keys)
+    async with started(host, () if runs else plan.started, OPERATOR.kind, Interrupts()) as (_, session):
         operator = Operator(plan, session)
         operator.poll()  # its clock is corrected in this loop, not in the threads' loops
         for line in await asyncio.to_thread(_await_all, plan, operator):
             print(f"flockwire: note: {line}")
-        if children is not None:  # an order without effect on the ground, for the gateway to repeat
+        if not runs:  # an order without effect on the ground, for the gateway to repeat
             operator.ask(Order("land"))
         began = clock.monotonic()
         with progress("probe", len(OUTSIDERS) + len(plan.identities)) as advance:
             observations, found = await asyncio.to_thread(probe, plan, keys, operator, print, advance)
         write(plan, observations, found, (clock.monotonic() - began) / SECOND, out)
         return found
-    finally:
-        if session is not None:
-            session.close()
-        if children is not None:
-            await children.end()
 
 
 async def _runs(plan: Plan, keys: Path) -> bool:

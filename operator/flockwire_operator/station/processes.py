@@ -14,11 +14,12 @@ from pathlib import Path
 from flockwire_core import clock
 from flockwire_core.domain.time import nanoseconds
 from flockwire_core.runtime.ending import LIFELINE
+from flockwire_core.runtime.session import Session
 from flockwire_core.wire.processes import OPERATOR
 
 from flockwire_operator.station.connecting import UNANSWERED, connected
 from flockwire_operator.station.flown import flown, flown_by
-from flockwire_operator.station.host import Host, alone
+from flockwire_operator.station.host import Host, PortInUseError, alone, busy_endpoint
 from flockwire_operator.station.operator import Operator
 from flockwire_operator.station.terminal.interrupts import Interrupts
 
@@ -109,7 +110,7 @@ class Children:
         how = f"signal {signal.Signals(-status).name}" if status < 0 else f"exit status {status}"
         return f"{identity} ended unexpectedly ({how}){': ' + lines[-1] if lines else ''}"
 
-    async def end(self, interrupted: Interrupts | None = None) -> None:
+    async def end(self, interrupted: Interrupts) -> None:
         """End all processes, in the order of their ranks, and wait for them; flying drones land first.
 
         Kills processes that do not end in time, but none with a flying drone: after a second interrupt these end by
@@ -117,12 +118,11 @@ class Children:
         """
         rows = self._host.plan.rows
         flyers = [identity for identity in self._running if rows[identity].flies]
-        await self._end_all(flyers, LANDING_TIME + self._host.plan.swarm.climb_time, interrupted)
-        impatient = interrupted is not None and interrupted.count > 1
-        if (flyers or not impatient) and all(self._running[i].poll() is not None for i in flyers):
+        await self._end_all(flyers, interrupted)
+        if (flyers or interrupted.count <= 1) and all(self._running[i].poll() is not None for i in flyers):
             ranked = sorted(self._running.keys() - flyers, key=lambda identity: rows[identity].rank)
             for _, others in groupby(ranked, lambda identity: rows[identity].rank):
-                await asyncio.gather(*(self._end_all([i], FILING if rows[i].records else GRACE) for i in others))
+                await self._end_all(others, Interrupts())
         self._forget()
 
     def _forget(self) -> None:
@@ -134,15 +134,18 @@ class Children:
             with contextlib.suppress(OSError):
                 os.close(fd)
 
-    async def _end_all(self, identities: Iterable[str], patience: float, interrupted: Interrupts | None = None) -> None:
-        await asyncio.gather(*(self._end(self._running[i], patience, interrupted) for i in identities))
+    async def _end_all(self, identities: Iterable[str], interrupted: Interrupts) -> None:
+        await asyncio.gather(*(self._end(i, interrupted) for i in identities))
 
-    async def _end(self, process: subprocess.Popen[bytes], patience: float, interrupted: Interrupts | None) -> None:
+    async def _end(self, identity: str, interrupted: Interrupts) -> None:
+        process, row = self._running[identity], self._host.plan.rows[identity]
+        landing = LANDING_TIME + self._host.plan.swarm.climb_time
+        patience = landing if row.flies else FILING if row.records else GRACE
         process.send_signal(signal.SIGCONT)  # a frozen process would not handle SIGTERM
         process.terminate()
         deadline = clock.monotonic() + nanoseconds(patience)
         while process.poll() is None and clock.monotonic() < deadline:
-            if interrupted is not None and interrupted.count > 1:
+            if interrupted.count > 1:
                 return
             await asyncio.sleep(POLL)
         process.kill()
@@ -175,8 +178,36 @@ async def start_processes(host: Host, children: Children, operator: Operator, in
     await operator.run(turn)
 
 
-class UnansweredError(RuntimeError):
+class UnansweredError(OSError):
     """The router did not answer; the text is what died, or that it was interrupted."""
+
+
+@contextlib.asynccontextmanager
+async def started(
+    host: Host,
+    identities: Iterable[str],
+    identity: str,
+    interrupted: Interrupts,
+    environments: Mapping[str, Mapping[str, str]] | None = None,
+) -> AsyncIterator[tuple[Children, Session]]:
+    """Start the processes `identities` of `host`, and open the session of `identity`; all end with the context.
+
+    `environments` are those of Children. Raises PortInUseError, UnansweredError, CredentialsError.
+    """
+    first = tuple(identities)
+    if busy := busy_endpoint(host.plan, (identity, *first)):
+        raise PortInUseError(busy)
+    children = Children(host, environments)
+    try:
+        for one in first:
+            children.start(one)
+        session = await connected(host.plan, identity, host.keys, interrupted, hopeless=children.died)
+        if session is None:
+            raise UnansweredError(children.died() or UNANSWERED)
+        with session:
+            yield children, session
+    finally:
+        await children.end(interrupted)
 
 
 @contextlib.asynccontextmanager
@@ -189,17 +220,8 @@ async def running(
     UnansweredError, CredentialsError.
     """
     with alone(host), flown(host.swarm_file, flown_by(host.plan.swarm, host.swarm_file, host.keys)):
-        children = Children(host, environments)
-        try:
-            for router in host.plan.routers:
-                if router in host.processes:
-                    children.start(router)
-            session = await connected(host.plan, OPERATOR.kind, host.keys, interrupted, hopeless=children.died)
-            if session is None:
-                raise UnansweredError(children.died() or UNANSWERED)
-            with session:
-                operator = Operator(host.plan, session)
-                await start_processes(host, children, operator, interrupted)
-                yield children, operator
-        finally:
-            await children.end(interrupted)
+        routers = [router for router in host.plan.routers if router in host.processes]
+        async with started(host, routers, OPERATOR.kind, interrupted, environments) as (children, session):
+            operator = Operator(host.plan, session)
+            await start_processes(host, children, operator, interrupted)
+            yield children, operator

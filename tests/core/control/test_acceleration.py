@@ -3,7 +3,7 @@
 from math import exp
 
 import pytest
-from flockwire_core.control.airframe.acceleration import AccelerationInput
+from flockwire_core.pilot.law_command import AccelerationInput
 
 PERIOD = 0.01  # s
 

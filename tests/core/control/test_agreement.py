@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from flockwire_core.control.agreement import contradicting, is_decided
+from flockwire_core.pilot.agreement import contradicting, is_decided
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -2,8 +2,16 @@ from math import cos, exp, isnan, log, pi, sin, sqrt
 
 import pytest
 from flockwire_core.control.expression import ExpressionError, bound, derivative, function_of_time
-from flockwire_core.control.expression_parser import FORBIDDEN, NO_EXPRESSION, TOO_DEEP, UNKNOWN, parse_expression
-from flockwire_core.control.formation import Circle, Parametric
+from flockwire_core.control.expression_formation import (
+    FORBIDDEN,
+    NO_EXPRESSION,
+    TOO_DEEP,
+    UNKNOWN,
+    Parametric,
+    parse_expression,
+)
+from flockwire_core.control.formation import Circle
+from flockwire_core.swarm.formation_rules import survey_of
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -15,7 +23,7 @@ def value(text, t=0.7):
 
 
 def formation(x, y, z="0", count=5):
-    return Parametric(count, (parse_expression(x), parse_expression(y), parse_expression(z)))
+    return Parametric(count, (x, y, z))
 
 
 @pytest.mark.parametrize(
@@ -149,4 +157,4 @@ def test_the_documented_expression_flies(example, make_swarm):
     import tomllib
 
     swarm = make_swarm({"formations": tomllib.loads(example("formations", "toml"))["formations"]})
-    assert swarm.survey("rose").high[2] == pytest.approx(0.2, abs=1e-3)
+    assert survey_of(swarm, "rose").high[2] == pytest.approx(0.2, abs=1e-3)

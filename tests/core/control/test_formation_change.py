@@ -3,8 +3,7 @@ from math import pi
 import numpy as np
 import pytest
 from flockwire_core.control.assignment import assignment
-from flockwire_core.control.formation import Circle, Grid, Line
-from flockwire_core.control.formation_change import FormationChange, blend, blend_rate
+from flockwire_core.control.formation import Circle, FormationChange, Grid, Line, blend, blend_rate
 from flockwire_core.domain.vector import distance, scale, subtract
 from hypothesis import given
 from hypothesis import strategies as st

@@ -51,10 +51,10 @@ def test_followers_are_parted_iff_one_cannot_reach_another(count, chance):
     [
         ((1, 1), (), "ids must differ"),
         ((0, 1), (), "ids must differ"),
-        ((1,), ((0, 2, 1.0),), "edge 0 -> 2: both ends"),
+        ((1,), ((0, 2, 1.0),), "edge 0 -> 2: there is no drone 2"),
         ((1,), ((1, 0, 1.0),), "edge 1 -> 0: a leader has no in-neighbours"),
         ((1,), ((1, 1, 1.0),), "edge 1 -> 1: a drone is not its own neighbour"),
-        ((1,), ((0, 1, 1.0), (0, 1, 2.0)), "edge 0 -> 1: listed twice"),
+        ((1,), ((0, 1, 1.0), (0, 1, 2.0)), "edge 0 -> 1: this edge appears twice"),
         ((1,), ((0, 1, 0.0),), r"edge 0 -> 1: weight = 0\.0 must be finite"),
         ((1,), ((0, 1, float("nan")),), "weight = nan must be finite"),
     ],

@@ -26,6 +26,22 @@ def test_a_drone_that_cannot_keep_clear_is_no_faster_anyway(make_swarm):
     assert hypot(*last) == pytest.approx(parameters.fastest)
 
 
+@pytest.mark.parametrize(
+    ("kinds", "held"),
+    [((), (False, False)), ((BodyKind.DRONE,), (True, False)), ((BodyKind.OBSTACLE, BodyKind.DRONE), (True, True))],
+    ids=["by its limits alone", "for a drone", "for an obstacle too"],
+)
+def test_a_velocity_is_changed_by_limits_for_what_is_fixed_or_for_others(make_swarm, kinds, held):
+    filtered = Guard(guard_parameters(make_swarm({"control.law": "extended"}), 1))
+    motion = Motion((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    places = {BodyKind.OBSTACLE: (0.0, 0.33, 0.0), BodyKind.DRONE: (0.43, 0.0, 0.0)}
+    bodies = filtered.tracked(motion, [Body(kind, places[kind], 0.0) for kind in kinds], SECOND)
+    wanted = (1.0, 1.0, 0.0)
+    given = filtered.velocity(wanted, motion, bodies, SECOND, SECOND, (0.0, 0.0, 0.0), 0.01, 3.0, False)
+    assert given != wanted
+    assert (filtered.is_held, filtered.is_held_by_fixed) == held
+
+
 @pytest.mark.parametrize("kind", [BodyKind.OBSTACLE, BodyKind.MOVER])
 def test_a_drone_inside_a_grown_body_leaves_slowly_but_flees_a_person(make_swarm, kind):
     swarm = make_swarm({"control.law": "extended"})

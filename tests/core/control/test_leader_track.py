@@ -1,8 +1,9 @@
 from __future__ import annotations
 
 import pytest
-from flockwire_core.control.leader_track import LeaderTrack, leader_time_constant, motion_error, noise_gain
+from flockwire_core.control.leader_track import LeaderTrack, motion_error, noise_gain
 from flockwire_core.control.trajectory import Circling, Constant
+from flockwire_core.parameters import leader_time_constant
 
 
 def test_noise_weighs_more_with_older_data_and_less_the_slower_the_tracker() -> None:

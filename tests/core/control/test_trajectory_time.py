@@ -1,4 +1,4 @@
-from flockwire_core.control.trajectory_time import CHANGE, LONGEST_STEP, TrajectoryTime, falling, free_error
+from flockwire_leader.course import CHANGE, LONGEST_STEP, TrajectoryTime, falling, free_error
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -6,12 +6,12 @@ import pytest
 from flockwire_agent.core import AgentCore
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
+from flockwire_core.process.bystander import Bystander
 from flockwire_core.process.cores import Ground, Start, make_core
 from flockwire_core.wire.keys import Key
 from flockwire_leader.core import FlyingLeader
-from flockwire_leader.virtual import VirtualLeader
+from flockwire_leader.grounded import VirtualLeader
 from flockwire_mocap.core import GatewayCore
-from flockwire_recorder.core import RecorderCore
 from flockwire_twins.kinematics.core import KinematicsCore
 
 NOW = 1_790_000_000 * SECOND
@@ -22,7 +22,7 @@ CORES = {
     "leader": FlyingLeader,
     "uav1": AgentCore,
     "uav4": AgentCore,
-    "recorder": RecorderCore,
+    "recorder": Bystander,
 }
 
 

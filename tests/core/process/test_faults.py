@@ -6,8 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from flockwire_core.swarm.wording import InputError
 from flockwire_core.wire.plan import Plan
-from flockwire_lab.faults.file import FaultFileError, load_faults, parse_faults
+from flockwire_lab.faults.file import load_faults, parse_faults
 from flockwire_lab.faults.kinds import Kill, LinkChange
 
 EVERY_KIND = [
@@ -60,7 +61,7 @@ def test_every_kind_is_read(make_plan: Callable[..., Plan]) -> None:
         ({"at": 1.0, "kind": "tracker", "drone": 7, "duration": 1.0}, "faults.0.drone = 7: there is no such drone"),
         (
             {"at": 1.0, "kind": "false_age", "drone": 0, "age": 1.0, "duration": 1.0},
-            "faults.0.drone = 0: there is no such drone; must be one of [1, 2, 3, 4]",
+            "faults.0.drone = 0: false_age cannot happen to it, by its airframe or part; must be one of [1, 2, 3, 4]",
         ),
         (
             {"at": 1.0, "kind": "cut", "from": "uav2", "to": "uav1", "duration": 1.0},
@@ -71,7 +72,7 @@ def test_every_kind_is_read(make_plan: Callable[..., Plan]) -> None:
     ],
 )
 def test_nonsense_is_refused_in_one_line(make_plan: Callable[..., Plan], fault: dict[str, object], said: str) -> None:
-    with pytest.raises(FaultFileError) as caught:
+    with pytest.raises(InputError) as caught:
         parse_faults({"faults": [fault]}, make_plan(), "f.toml")
     assert said in str(caught.value)
     assert len(str(caught.value).splitlines()) == 1
@@ -79,13 +80,13 @@ def test_nonsense_is_refused_in_one_line(make_plan: Callable[..., Plan], fault: 
 
 
 def test_times_must_be_in_order(make_plan: Callable[..., Plan]) -> None:
-    with pytest.raises(FaultFileError, match=r"faults\.1\.at = 2: must not be before .* 3"):
+    with pytest.raises(InputError, match=r"faults\.1\.at = 2: must not be before .* 3"):
         parse_faults({"faults": [{"at": t, "kind": "kill", "process": "uav1"} for t in (3.0, 2.0)]}, make_plan(), "f")
 
 
 def test_a_bad_file_is_named(make_plan: Callable[..., Plan], tmp_path: Path) -> None:
-    with pytest.raises(FaultFileError, match="cannot read the faults"):
+    with pytest.raises(InputError, match="cannot read the faults"):
         load_faults(tmp_path / "none.toml", make_plan())
     (tmp_path / "bad.toml").write_text("faults = [")
-    with pytest.raises(FaultFileError, match="not TOML"):
+    with pytest.raises(InputError, match="not TOML"):
         load_faults(tmp_path / "bad.toml", make_plan())

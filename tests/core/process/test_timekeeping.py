@@ -8,7 +8,8 @@ import pytest
 from flockwire_core.control.clock_offset import DRIFT
 from flockwire_core.domain.time import SECOND, TimeReply
 from flockwire_core.loading import parse_swarm
-from flockwire_core.process.timekeeping import SLEW, UNKNOWN, CorrectedClock
+from flockwire_core.process.corrected_clock import SLEW, CorrectedClock
+from flockwire_core.process.timekeeping import UNKNOWN
 from flockwire_core.wire.keys import TIME_REPLY, Key
 from flockwire_core.wire.plan import Plan
 

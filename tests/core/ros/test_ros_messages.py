@@ -69,11 +69,11 @@ def test_odometry_and_transforms(frame: str, child: str) -> None:
     assert (found.header.stamp.sec, found.header.stamp.nanosec) == divmod(NOW, 10**9)
     assert (found.header.frame_id, found.child_frame_id) == (frame, child)
     assert (found.pose.pose.position.y, found.pose.pose.orientation.w, found.twist.twist.linear.z) == (2.0, 0.8, 6.0)
-    poses = [messages.Transform(NOW + k, child + str(k) * k, (k, 2.0, 3.0), (0.0, 0.0, 0.6, 0.8)) for k in range(3)]
+    poses = [messages.NamedPose(NOW + k, child + str(k) * k, (k, 2.0, 3.0), (0.0, 0.0, 0.6, 0.8)) for k in range(3)]
     data = messages.transforms(frame, poses)
     found = read(data, definitions.TRANSFORMS)
     assert STORE.serialize_cdr(found, definitions.TRANSFORMS) == data
-    assert [one.child_frame_id for one in found.transforms] == [pose.child for pose in poses]
+    assert [one.child_frame_id for one in found.transforms] == [pose.name for pose in poses]
     assert [one.transform.translation.x for one in found.transforms] == [0.0, 1.0, 2.0]
     assert found.transforms[2].transform.rotation.z == 0.6
 
@@ -126,11 +126,11 @@ def test_poses_of_rosbags_are_read_and_others_refused() -> None:
     )
     header = types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](5, 7), "map")
     data = bytes(STORE.serialize_cdr(types[definitions.POSES](header, [pose, pose]), definitions.POSES))
-    one = messages.Sighting(5_000_000_007, "map", "", (1.0, 2.0, 3.0), (0.0, 0.0, 0.6, 0.8))
-    assert messages.read_sightings(definitions.POSES, data) == [one, one]
+    one = messages.NamedPose(5_000_000_007, "", (1.0, 2.0, 3.0), (0.0, 0.0, 0.6, 0.8), "map")
+    assert messages.read_poses(definitions.POSES, data) == [one, one]
     named = [types["motion_capture_tracking_interfaces/msg/NamedPose"](name, pose) for name in ("a", "drone 12")]
     array = types[definitions.NAMED_POSES](header, named)
-    found = messages.read_sightings(definitions.NAMED_POSES, bytes(STORE.serialize_cdr(array, definitions.NAMED_POSES)))
+    found = messages.read_poses(definitions.NAMED_POSES, bytes(STORE.serialize_cdr(array, definitions.NAMED_POSES)))
     assert found == [one._replace(name="a"), one._replace(name="drone 12")]
     transform = types["geometry_msgs/msg/TransformStamped"](
         header,
@@ -138,9 +138,9 @@ def test_poses_of_rosbags_are_read_and_others_refused() -> None:
         types["geometry_msgs/msg/Transform"](types["geometry_msgs/msg/Vector3"](1.0, 2.0, 3.0), pose.orientation),
     )
     single = bytes(STORE.serialize_cdr(transform, definitions.TRANSFORM))
-    assert messages.read_sightings(definitions.TRANSFORM, single) == [one._replace(name="cf1")]
+    assert messages.read_poses(definitions.TRANSFORM, single) == [one._replace(name="cf1")]
     several = bytes(STORE.serialize_cdr(types[definitions.TRANSFORMS]([transform] * 2), definitions.TRANSFORMS))
-    assert messages.read_sightings(definitions.TRANSFORMS, several) == [one._replace(name="cf1")] * 2
+    assert messages.read_poses(definitions.TRANSFORMS, several) == [one._replace(name="cf1")] * 2
     for length in range(len(data) - 4):
         with pytest.raises(MessageError):
-            messages.read_sightings(definitions.POSES, data[:length])
+            messages.read_poses(definitions.POSES, data[:length])

@@ -10,12 +10,12 @@ import pytest
 import tomli_w
 import waiting
 from fleet import free_ports
-from flockwire_core.runtime.descriptors import MOST
+from flockwire_core.runtime.gate import MOST
 
 OPEN = """
 import resource
 from flockwire_core.runtime.session import Session
-from flockwire_core.runtime.descriptors import raise_limit
+from flockwire_core.runtime.gate import raise_limit
 import zenoh
 raise_limit()
 with zenoh.open(zenoh.Config.from_json5('{mode: "peer", scouting: {multicast: {enabled: false}}}')):

@@ -2,7 +2,7 @@
 
 import pytest
 from flockwire_core.runtime.configuration import configuration
-from flockwire_core.runtime.detours import DETOURS, DetoursError, detour_environment, read_detours
+from flockwire_core.runtime.job import DETOURS, DetoursError, detour_environment, read_detours
 
 
 @pytest.mark.parametrize("detours", [{}, {"gateway": "127.0.0.1:40001"}, {"gateway": "[::1]:1", "uav12": "10.0.0.1:2"}])

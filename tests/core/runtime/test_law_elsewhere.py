@@ -11,7 +11,7 @@ from threading import Thread
 
 import pytest
 from flockwire_agent.guarded_law import GuardedLaw
-from flockwire_core.follower_law import follower_law
+from flockwire_core.follower_law import LateAnswerError, follower_law
 from flockwire_core.law import Body, BodyKind, Heard, Information, Observation, Output, Pace, Place, Seen, Sense
 from flockwire_core.loading import SwarmFileError, parse_swarm
 from flockwire_core.wire.information import declared, numbers
@@ -134,7 +134,7 @@ def test_a_step_that_has_no_time_to_ask_awaits_no_answer(served, monkeypatch):
     assert law.step(SEEN).command[0] == 1.0
     with monkeypatch.context() as patch:
         patch.setattr("flockwire_core.runtime.law_elsewhere.clock.monotonic", iter((0, 10**12)).__next__)
-        with pytest.raises(TimeoutError):
+        with pytest.raises(LateAnswerError):
             law.step(SEEN)
     assert law.step(SEEN).command[0] == 2.0
 

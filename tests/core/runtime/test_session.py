@@ -13,13 +13,13 @@ from flockwire_core.runtime.configuration import (
     BURST,
     HANDSHAKE_TIME,
     SPARE_SESSIONS,
+    access_control,
     configuration,
     reserved_configuration,
 )
 from flockwire_core.runtime.session import Session
 from flockwire_core.security.files import Credentials, CredentialsError, in_use
 from flockwire_core.security.pki import make_keys
-from flockwire_core.wire.access import access_control
 
 FILES = Credentials(Path("ca.crt"), Path("own.crt"), Path("own.key"))
 PATIENT = f"#tls_handshake_timeout_ms={HANDSHAKE_TIME}"

@@ -2,6 +2,7 @@
 
 import pytest
 from flockwire_core.loading import SwarmFileError
+from flockwire_core.swarm.formation_rules import survey_of
 
 VIRTUAL = {"leader.kind": "virtual", "drones.0": None}
 TRACKED = {"leader.kind": "tracked", "drones.0.start": [0.0, 0.0, 1.2]}
@@ -237,7 +238,7 @@ def test_a_formation_on_one_side_of_a_virtual_leader_needs_only_its_own_box(make
         "graph.edges": [[0, 1], [0, 2], [0, 3]],
     }
     if fits:
-        assert make_swarm(aside).survey().low[0] == 6.0
+        assert survey_of(make_swarm(aside)).low[0] == 6.0
     else:
         aside["limits.fence"]["max"][0] = 6.0
         with pytest.raises(SwarmFileError, match=r"is 8\.20 m wide along x; limits\.fence is 8\.00 m wide"):

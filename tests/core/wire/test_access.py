@@ -3,7 +3,7 @@
 from itertools import product
 
 import zenoh
-from flockwire_core.wire.access import access_control
+from flockwire_core.runtime.configuration import access_control
 from flockwire_core.wire.keys import key_text
 from flockwire_core.wire.plan import Plan
 from hypothesis import given, settings

@@ -45,7 +45,7 @@ CHAIN = {  # the paper's: {key: (who publishes it, who subscribes to it beside t
 def both(swarm, key):
     """Return who publishes a key and who subscribes to it, straight from its row."""
     roster, row = Roster(swarm), ROWS[key.kind]
-    (owner,) = [owner for owner in row.owners(roster) if owner.name == key.owner]
+    (owner,) = [owner for owner in row.owners(roster) if owner.identity == key.owner]
     return set(row.publishers(roster, owner)), set(row.subscribers(roster, owner))
 
 

@@ -8,8 +8,18 @@ from settling import TELLO
 from ways import flown
 
 
-def test_a_flight_with_noted_velocities_is_good_and_the_filter_changes_some(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_place_that_passes_an_obstacle_does_not_lean_on_the_filter(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(BUILT_IN, "extended", BUILT_IN["extended"])  # which the flight replaces
     result = flown(TELLO, ("crossing", 3))
     assert result.why == []
-    assert 0 < result.changed < result.steps
+    assert 0 < result.limited < result.steps
+    assert result.leaning < 0.05 * result.steps
+    assert (result.conflicts, result.turned) == (0, 0)  # nobody else is near
+
+
+@pytest.mark.long
+def test_what_two_want_at_once_is_counted_as_a_conflict(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(BUILT_IN, "extended", BUILT_IN["extended"])
+    result = flown(TELLO, ("swap", 0))
+    assert result.why == []
+    assert result.conflicts > 0

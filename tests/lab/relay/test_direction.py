@@ -1,6 +1,7 @@
 """One direction of a link, in a time that the test sets."""
 
 import pytest
+from flockwire_lab.network import Conditions
 from flockwire_lab.relay.direction import END, MOST_HELD, Direction, Stream
 
 
@@ -19,14 +20,14 @@ def test_bytes_continue_at_once_when_nothing_is_wrong(direction):
 
 def test_a_cut_holds_all_until_it_is_restored_as_often(direction):
     stream = Stream(direction)
-    direction.cut()
-    direction.cut()
+    direction.disturb(None)
+    direction.disturb(None)
     stream.take(b"a", 1.0)
-    direction.mend()
+    direction.restore(None)
     assert stream.due(9.0) == []
     assert stream.next_arrival() is None
     assert stream.size == 1
-    direction.mend()
+    direction.restore(None)
     stream.take(b"b", 9.0)
     stream.take(END, 9.0)
     assert stream.due(9.0) == [b"a", b"b", END]
@@ -35,17 +36,17 @@ def test_a_cut_holds_all_until_it_is_restored_as_often(direction):
 
 def test_a_cut_holds_what_was_on_its_way_too(direction):
     stream = Stream(direction)
-    direction.slow(0.5, 0.0)
+    direction.disturb(Conditions(0.5, 0.0))
     stream.take(b"a", 1.0)
-    direction.cut()
+    direction.disturb(None)
     assert stream.due(2.0) == []
-    direction.mend()
+    direction.restore(None)
     assert stream.due(2.0) == [b"a"]
 
 
 def test_a_delay_holds_each_byte_for_as_long(direction):
     stream = Stream(direction)
-    direction.slow(0.5, 0.0)
+    direction.disturb(Conditions(0.5, 0.0))
     stream.take(b"a", 1.0)
     stream.take(b"b", 1.25)
     assert stream.due(1.49) == []
@@ -56,9 +57,9 @@ def test_a_delay_holds_each_byte_for_as_long(direction):
 
 def test_nothing_overtakes_when_a_delay_ends(direction):
     stream = Stream(direction)
-    direction.slow(0.5, 0.0)
+    direction.disturb(Conditions(0.5, 0.0))
     stream.take(b"a", 1.0)
-    direction.lift(0.5, 0.0)
+    direction.restore(Conditions(0.5, 0.0))
     stream.take(b"b", 1.1)
     assert stream.due(1.49) == []
     assert stream.due(1.5) == [b"a", b"b"]
@@ -66,10 +67,10 @@ def test_nothing_overtakes_when_a_delay_ends(direction):
 
 def test_of_two_delays_the_later_counts_until_it_is_lifted(direction):
     stream = Stream(direction)
-    direction.slow(0.5, 0.0)
-    direction.slow(0.25, 0.0)
+    direction.disturb(Conditions(0.5, 0.0))
+    direction.disturb(Conditions(0.25, 0.0))
     stream.take(b"a", 1.0)
-    direction.lift(0.25, 0.0)
+    direction.restore(Conditions(0.25, 0.0))
     stream.take(b"b", 2.0)
     assert stream.due(1.25) == [b"a"]
     assert stream.next_arrival() == 2.5
@@ -77,7 +78,7 @@ def test_of_two_delays_the_later_counts_until_it_is_lifted(direction):
 
 def test_jitter_stays_within_its_bounds_and_keeps_the_order(direction):
     stream = Stream(direction)
-    direction.slow(0.25, 0.5)
+    direction.disturb(Conditions(0.25, 0.5))
     arrivals = []
     for k in range(200):
         stream.take(bytes([k]), float(k))
@@ -92,12 +93,12 @@ def test_jitter_stays_within_its_bounds_and_keeps_the_order(direction):
 
 def test_a_stream_is_full_until_enough_was_passed_on(direction):
     stream = Stream(direction)
-    direction.cut()
+    direction.disturb(None)
     stream.take(bytes(MOST_HELD - 1), 1.0)
     assert not stream.full
     stream.take(b"a", 1.0)
     assert stream.full
-    direction.mend()
+    direction.restore(None)
     stream.due(1.0)
     assert not stream.full
 
@@ -105,8 +106,8 @@ def test_a_stream_is_full_until_enough_was_passed_on(direction):
 def test_every_change_is_reported():
     told = []
     direction = Direction("uav1 > uav2", lambda: told.append(direction.passable))
-    direction.cut()
-    direction.mend()
-    direction.slow(0.1, 0.0)
-    direction.lift(0.1, 0.0)
+    direction.disturb(None)
+    direction.restore(None)
+    direction.disturb(Conditions(0.1, 0.0))
+    direction.restore(Conditions(0.1, 0.0))
     assert told == [False, True, True, True]

@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 from flockwire_core.loading import parse_swarm
+from flockwire_core.swarm.wording import InputError
 from flockwire_core.wire.plan import Plan
 from flockwire_lab.search import corpus
 from flockwire_lab.search.campaign import Entry
@@ -23,7 +24,7 @@ from flockwire_lab.search.seeking import Search
 from flockwire_lab.search.shrinking import shrunk
 from flockwire_lab.search.space import Genes, SearchPlan, Space, usual_space
 from flockwire_lab.search.writing import read_case, write_case
-from flockwire_lab.study.file import StudyError, load_study
+from flockwire_lab.study.file import load_study
 from flockwire_operator.cli import search as searches
 from flockwire_operator.cli.main import app
 from typer.testing import CliRunner
@@ -357,6 +358,6 @@ def test_a_violation_ends_with_status_1_and_its_smallest_flight_shows_it_again(
 def test_a_file_of_a_find_with_a_bad_event_is_refused(tmp_path: Path) -> None:
     bad = Case(table(), [{"at": 1.0, "kind": "second station", "orders": [[0.1, "dive"]]}], 0, 1.0)
     assert "orders" in fly(bad).refused
-    with pytest.raises(StudyError):
+    with pytest.raises(InputError):
         (tmp_path / "x.toml").write_text("faults = 3")
         read_case(table(), tmp_path / "x.toml", 0, 1.0, "safety")

@@ -12,15 +12,15 @@ import pytest
 from flockwire_analysis.summary import summarise
 from flockwire_core.loading import load_swarm, load_table
 from flockwire_core.swarm.model import Swarm
+from flockwire_core.swarm.wording import InputError
 from flockwire_core.wire.plan import Plan
 from flockwire_lab.faults.file import load_faults
 from flockwire_lab.flight import TraceInMemory
 from flockwire_lab.study import workers
-from flockwire_lab.study.draws import random_edges, random_starts
-from flockwire_lab.study.file import RandomGraph, Starts, Study, StudyError, load_study
+from flockwire_lab.study.file import RandomGraph, Starts, Study, load_study
 from flockwire_lab.study.findings import write_flight
 from flockwire_lab.study.flight import Result
-from flockwire_lab.study.variation import rehearse, swarm_table
+from flockwire_lab.study.variation import random_edges, random_starts, rehearse, swarm_table
 from flockwire_lab.world import World
 from flockwire_operator.cli.main import app
 from pydantic import TypeAdapter
@@ -91,9 +91,9 @@ def test_random_starts_keep_their_distances(make_swarm: Callable[..., Swarm]) ->
         assert all(dist(place, (1.0, 1.0)) >= 0.8 for place in places)
     places = random_starts(swarm, Starts(box=(4.0, 3.0), fixed=(2,)), Random(0))
     assert places[2] == swarm.drone(2).start[:2]
-    with pytest.raises(StudyError, match="no drone 7"):
+    with pytest.raises(InputError, match="no drone 7"):
         random_starts(swarm, Starts(box=(4.0, 3.0), fixed=(7,)), Random(0))
-    with pytest.raises(StudyError, match="no room for 5 drones"):
+    with pytest.raises(InputError, match="no room for 5 drones"):
         random_starts(swarm, Starts(box=(0.8, 0.8), spacing=0.7), Random(0))
 
 
@@ -107,7 +107,7 @@ def test_random_trees_reach_every_drone_within_their_depth(make_swarm: Callable[
         assert all(0 in heard[j] or any(0 in heard.get(i, ()) for i in heard[j]) for j in heard)
         drawn.add(str(edges))
     assert len(drawn) > 30
-    with pytest.raises(StudyError, match="at most"):
+    with pytest.raises(InputError, match="at most"):
         random_edges(swarm, RandomGraph(extra_edges=99), Random(0))
 
 

@@ -1,12 +1,4 @@
 import pytest
-from flockwire_mocap.natnet.encoding import (
-    encode,
-    encode_command,
-    encode_connect,
-    encode_frame,
-    encode_model,
-    encode_server_info,
-)
 from flockwire_mocap.natnet.packets import (
     BodyDescription,
     Connect,
@@ -17,6 +9,12 @@ from flockwire_mocap.natnet.packets import (
     RemoteCommand,
     ServerInfo,
     Stamps,
+    encode,
+    encode_command,
+    encode_connect,
+    encode_frame,
+    encode_model,
+    encode_server_info,
 )
 from flockwire_mocap.natnet.parsing import parse, parse_request
 from flockwire_mocap.tracking import ReportedBody

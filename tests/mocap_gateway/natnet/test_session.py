@@ -1,7 +1,12 @@
 import pytest
 from flockwire_core.domain.time import SECOND
 from flockwire_core.swarm.gateway import NatNet
-from flockwire_mocap.natnet.encoding import (
+from flockwire_mocap.natnet.packets import (
+    BodyDescription,
+    Kind,
+    MocapFrame,
+    ServerInfo,
+    Stamps,
     encode,
     encode_command,
     encode_connect,
@@ -9,7 +14,6 @@ from flockwire_mocap.natnet.encoding import (
     encode_model,
     encode_server_info,
 )
-from flockwire_mocap.natnet.packets import BodyDescription, Kind, MocapFrame, ServerInfo, Stamps
 from flockwire_mocap.natnet.session import MODEL_PAUSE, PERIOD, NatNetSession
 from flockwire_mocap.natnet.source import trouble
 from flockwire_mocap.tracking import ReportedBody

@@ -2,8 +2,16 @@ from struct import pack
 
 import pytest
 from flockwire_core.domain.time import SECOND
-from flockwire_mocap.natnet.encoding import encode, encode_command, encode_connect, encode_model_request
-from flockwire_mocap.natnet.packets import Kind, ModelDefinition, Other, Response
+from flockwire_mocap.natnet.packets import (
+    Kind,
+    ModelDefinition,
+    Other,
+    Response,
+    encode,
+    encode_command,
+    encode_connect,
+    encode_model_request,
+)
 from flockwire_mocap.natnet.parsing import parse
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 from flockwire_twins.trackers.natnet import FREQUENCY, LIFETIME, NatNetTwin, TwinOptions

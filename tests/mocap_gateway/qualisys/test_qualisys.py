@@ -12,8 +12,7 @@ from flockwire_mocap.qualisys.client import QualisysClient
 from flockwire_mocap.qualisys.rotation import from_columns, to_angles, to_columns
 from flockwire_mocap.qualisys.source import names_in
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
-from flockwire_twins.trackers.qualisys import QtmServer, QtmTwin
-from flockwire_twins.trackers.qualisys_wire import encode_parameters
+from flockwire_twins.trackers.qualisys import QtmServer, QtmTwin, encode_parameters
 from hypothesis import given
 from hypothesis import strategies as st
 from waiting import until

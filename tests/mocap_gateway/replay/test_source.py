@@ -1,17 +1,19 @@
 import asyncio
+import os
 
 import pytest
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.ros.definitions import MESSAGES, NAMED_POSES, POSE, POSES, TRANSFORMS
-from flockwire_core.ros.messages import Transform, pose_array, transforms
+from flockwire_core.ros.messages import NamedPose, pose_array, transforms
+from flockwire_core.swarm.reading import NO_FILE
 from flockwire_core.wire.cdr import Writer
 from flockwire_core.wire.codec import encode
 from flockwire_lab.flight import TraceFile
 from flockwire_lab.world import World
 from flockwire_mocap.core import make_core
 from flockwire_mocap.process import feed
-from flockwire_mocap.replay.source import RecordedPose, read_poses
+from flockwire_mocap.replay.source import read_poses
 from mcap.writer import Writer as Recorder
 
 NOW = 1_790_000_000 * SECOND
@@ -22,9 +24,7 @@ MS = SECOND // 1000
 @pytest.mark.parametrize("pace", [1.0, 4.0])
 def test_poses_come_again_at_their_pace_with_stamps_of_now(start, pace):
     core = make_core(start(source="replay", replay={"trace": "x", "pace": pace}))
-    core.source.load(
-        [RecordedPose(10 * MS * k, f"uav{i}", (0.01 * k, i, 1.0), LEVEL) for k in range(40) for i in (1, 2)]
-    )
+    core.source.load([NamedPose(10 * MS * k, f"uav{i}", (0.01 * k, i, 1.0), LEVEL) for k in range(40) for i in (1, 2)])
     seen = []
     for k in range(10):
         now = NOW + 10 * MS * k
@@ -36,7 +36,7 @@ def test_poses_come_again_at_their_pace_with_stamps_of_now(start, pace):
 
 def test_its_end_is_reported(start):
     core = make_core(start(source="replay", replay={"trace": "a.mcap"}))
-    core.source.load([RecordedPose(0, "uav1", (0.0, 0.0, 1.0), LEVEL)])
+    core.source.load([NamedPose(0, "uav1", (0.0, 0.0, 1.0), LEVEL)])
     core.step(NOW)
     assert core.report(NOW + 2 * SECOND).detail == "a.mcap has ended"
 
@@ -47,8 +47,8 @@ def test_the_poses_of_a_trace_are_read_also_where_it_is_cut_off(make_swarm, tmp_
     World(swarm, 0, 1.0, (), trace.take).run()
     trace.close()
     whole = read_poses(path, swarm)
-    assert {pose.body for pose in whole} == {f"uav{i}" for i in range(5)}
-    assert whole == sorted(whole, key=lambda pose: pose.elapsed)
+    assert {pose.name for pose in whole} == {f"uav{i}" for i in range(5)}
+    assert whole == sorted(whole, key=lambda pose: pose.stamp)
     written = path.read_bytes()
     path.write_bytes(written[: len(written) // 2])
     cut = read_poses(path, swarm)
@@ -65,6 +65,12 @@ def test_a_file_that_is_not_a_trace_is_refused_in_a_line(make_swarm, tmp_path, c
         path.write_bytes(content)
     with pytest.raises(OSError, match=r"a\.mcap"):
         read_poses(path, swarm)
+
+
+def test_a_pipe_is_refused_and_not_waited_for(make_swarm, tmp_path):
+    os.mkfifo(tmp_path / "pipe.mcap")
+    with pytest.raises(OSError, match=NO_FILE):
+        read_poses(tmp_path / "pipe.mcap", make_swarm())
 
 
 @pytest.fixture
@@ -98,7 +104,7 @@ def test_a_clock_that_was_set_back_changes_no_order(bag, make_swarm, back):
     path = bag(
         *[(NOW + 10 * MS * k, f"/m/uav{i}/pose", POSE, pose(at, k)) for k, at in enumerate(stamps) for i in (0, 1)]
     )
-    found = [(one.elapsed // MS, one.position[0]) for one in read_poses(path, make_swarm()) if one.body == "uav1"]
+    found = [(one.stamp // MS, one.position[0]) for one in read_poses(path, make_swarm()) if one.name == "uav1"]
     assert found == [(10 * k, k) for k in range(100)]
 
 
@@ -112,7 +118,7 @@ def test_publishers_with_other_clocks_and_poses_without_a_stamp_are_in_the_order
         ]
     )
     for one in read_poses(path, make_swarm()):
-        assert one.elapsed // MS in (10 * one.position[0], 10 * one.position[0] + 10)
+        assert one.stamp // MS in (10 * one.position[0], 10 * one.position[0] + 10)
 
 
 def named(stamp, places):
@@ -136,7 +142,7 @@ FOREIGN = {
     ),
     "tf": (
         {"array": "/tf"},
-        [("/tf", TRANSFORMS, transforms("w", [Transform(NOW, n, (x, 0.0, 1.0), LEVEL) for n, x in PLACES.items()]))],
+        [("/tf", TRANSFORMS, transforms("w", [NamedPose(NOW, n, (x, 0.0, 1.0), LEVEL) for n, x in PLACES.items()]))],
     ),
 }
 

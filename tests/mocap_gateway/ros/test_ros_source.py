@@ -10,10 +10,9 @@ import pytest
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.cores import Start
-from flockwire_core.ros.advice import advice
 from flockwire_core.ros.definitions import NAMED_POSES, ODOMETRY, POSE, POSES, TRANSFORM, TRANSFORMS
-from flockwire_core.ros.graph import End, dds_type
-from flockwire_core.ros.messages import Transform, pose_array, transforms
+from flockwire_core.ros.graph import End, advice, dds_type
+from flockwire_core.ros.messages import NamedPose, pose_array, transforms
 from flockwire_core.ros.type_hash import type_hash
 from flockwire_core.wire.cdr import Writer
 from flockwire_core.wire.codec import encode
@@ -145,7 +144,7 @@ def named_poses(stamp: int, *names: str) -> bytes:
 
 
 def transformed(stamp: int, frame: str, *names: str) -> bytes:
-    return transforms(frame, [Transform(stamp, name, (float(k), 0.0, 1.0), LEVEL) for k, name in enumerate(names)])
+    return transforms(frame, [NamedPose(stamp, name, (float(k), 0.0, 1.0), LEVEL) for k, name in enumerate(names)])
 
 
 def test_named_poses_have_their_names_in_any_order_and_number(source: Callable[..., RosSource]) -> None:

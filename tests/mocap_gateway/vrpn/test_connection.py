@@ -3,19 +3,20 @@ from random import Random
 from struct import pack
 
 import pytest
-from flockwire_mocap.vrpn.connection import MOST_NAMES, VrpnConnection
-from flockwire_mocap.vrpn.reports import SET_BACK, Reports
-from flockwire_mocap.vrpn.wire import (
+from flockwire_mocap.vrpn.connection import (
     COOKIE,
+    MOST_NAMES,
     PING,
     SENDER,
     TYPE,
     PoseBody,
+    VrpnConnection,
     VrpnMessage,
     encode,
     encode_description,
     encode_pose,
 )
+from flockwire_mocap.vrpn.source import SET_BACK, Reports
 
 UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 POSE = PoseBody(0, (1.0, 2.0, 3.0), UPRIGHT)

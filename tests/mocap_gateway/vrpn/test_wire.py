@@ -3,7 +3,7 @@
 from struct import pack
 
 import pytest
-from flockwire_mocap.vrpn.wire import (
+from flockwire_mocap.vrpn.connection import (
     COOKIE,
     POSE,
     SENDER,

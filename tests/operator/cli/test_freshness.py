@@ -3,7 +3,7 @@
 import os
 
 import pytest
-from flockwire_operator.cli.freshness import CHANGED, changed_source
+from flockwire_operator.cli.entry import CHANGED, changed_source
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@
 import os
 from importlib.metadata import version
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from command_line import interpreter, refused
@@ -100,7 +101,7 @@ def test_a_folder_that_cannot_be_written_is_refused_in_one_line(flockwire, broke
 def test_two_flights_are_not_compared_into_a_file(flockwire, tmp_path, monkeypatch):
     (tmp_path / "file").touch()
     for function in ("reading.read_trace", "summary.summarise", "comparison.comparison"):
-        monkeypatch.setattr(f"flockwire_analysis.{function}", lambda _: None)
+        monkeypatch.setattr(f"flockwire_analysis.{function}", lambda _: SimpleNamespace(lost_bytes=0))
     monkeypatch.setattr("flockwire_analysis.comparison.as_text", lambda *_: ["figures"])
     done = flockwire("compare", "a.mcap", "b.mcap", "--out", tmp_path / "file")
     assert (done.returncode, done.stdout) == (2, "figures\n")
@@ -128,6 +129,23 @@ def test_a_flight_of_endless_duration_is_refused_before_anything_starts(flockwir
     done = flockwire("up", path, "--duration", "inf", "--headless", "--out", tmp_path / "out")
     assert "--duration" in refused_usage(done)
     assert not (tmp_path / "out").exists()
+
+
+def test_virtual_flights_of_endless_duration_are_refused(flockwire, tmp_path):
+    for command in (("sim", PAPER), ("compare-laws", PAPER, "consensus", "--out", tmp_path / "out")):
+        assert "must be a finite number of seconds" in refused_usage(flockwire(*command, "--duration", "inf"))
+
+
+def test_who_reads_half_a_trace_is_told(flockwire, tmp_path):
+    whole = tmp_path / "whole"
+    assert flockwire("sim", PAPER, "--duration", "2", "--out", whole).returncode in (0, 1)
+    data, half = (whole / "trace.mcap").read_bytes(), tmp_path / "half.mcap"
+    half.write_bytes(data[: len(data) * 2 // 3])
+    for command in (("export",), ("view",), ("compare", whole, "--out", tmp_path / "compared")):
+        done = flockwire(*command, half)
+        assert done.returncode == 0
+        assert "bytes of" in done.stderr
+        assert "are incomplete" in done.stderr
 
 
 @pytest.mark.parametrize("command", [(), ("check",), ("land",), ("agent",)])

@@ -12,11 +12,12 @@ from flockwire_core.domain.airframe import FlightState, Telemetry
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import TimeReply
 from flockwire_core.extras import remedy
+from flockwire_core.swarm.wording import InputError
 from flockwire_core.wire.codec import encode
 from flockwire_core.wire.inbox import CANARY
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.status import Report, Status
-from flockwire_operator.console.foxglove_server import FoxgloveError, FoxgloveServer
+from flockwire_operator.console.command import FoxgloveServer
 from foxglove_viewer import viewing
 
 LOOPBACK = "127.0.0.1"
@@ -105,11 +106,11 @@ def test_a_port_in_use_is_named(make_plan):
         taken.bind((LOOPBACK, 0))
         taken.listen()
         port = taken.getsockname()[1]
-        with pytest.raises(FoxgloveError, match=rf"^--foxglove = {port}: cannot listen at {LOOPBACK}:{port}: .*in use"):
+        with pytest.raises(InputError, match=rf"^--foxglove = {port}: cannot listen at {LOOPBACK}:{port}: .*in use"):
             FoxgloveServer(make_plan(), "console", BufferedSession(), LOOPBACK, port)
 
 
 def test_a_missing_package_is_named_with_the_command_that_installs_it(make_plan, monkeypatch):
     monkeypatch.setitem(sys.modules, "foxglove", None)
-    with pytest.raises(FoxgloveError, match=r"^--foxglove = 8765: .*foxglove-sdk: " + re.escape(remedy("foxglove"))):
+    with pytest.raises(InputError, match=r"^--foxglove = 8765: .*foxglove-sdk: " + re.escape(remedy("foxglove"))):
         FoxgloveServer(make_plan(), "console", BufferedSession(), LOOPBACK, 8765)

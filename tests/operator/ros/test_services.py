@@ -14,8 +14,7 @@ from flockwire_core.ground.order_log import OrderLog
 from flockwire_core.wire.keys import MISSION, PROPOSAL, STOP, Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import Report, Status
-from flockwire_operator.ros.core import RosCore
-from flockwire_operator.ros.services import MOST_WAITING
+from flockwire_operator.ros.core import MOST_WAITING, RosCore
 
 NOW = 1_790_000_000 * SECOND
 ALL = ["start", "formation", "hold", "land", "stop"]
@@ -34,7 +33,7 @@ class Flown:
         self.log = OrderLog(frozenset(), NOW)
 
     def ask(self, name: str) -> None:
-        self.core.request(name, self.now, lambda success, text: self.answers.append((success, text)))
+        self.core.services.request(name, self.now, lambda success, text: self.answers.append((success, text)))
 
     def run(self, seconds: float) -> None:
         for _ in range(round(seconds * 50)):

@@ -10,7 +10,7 @@ import pytest
 from flockwire_core.runtime import session as sessions
 from flockwire_core.runtime.session import RouterAbsentError
 from flockwire_operator.console.command import serve
-from flockwire_operator.station import identify, watching
+from flockwire_operator.station import identify, processes, watching
 from flockwire_operator.station.conduct import conduct
 from flockwire_operator.station.connecting import UNANSWERED, connected
 from flockwire_operator.station.teleop import steer
@@ -109,8 +109,8 @@ def test_an_interrupt_ends_each_command_while_it_waits(router, plan, tmp_path, c
 def test_who_identifies_a_drone_stops_waiting_when_the_router_died(router, plan, tmp_path, monkeypatch):
     children = Processes()
     children.dead.append("router")
-    monkeypatch.setattr(identify, "Children", lambda *_: children)
-    monkeypatch.setattr(identify, "busy_endpoint", lambda *_: "")
+    monkeypatch.setattr(processes, "Children", lambda *_: children)
+    monkeypatch.setattr(processes, "busy_endpoint", lambda *_: "")
     core = run(identify.excite(plan, tmp_path / "mine.toml", tmp_path, 1, tmp_path))
     assert (core.failure, core.responses) == ("router ended unexpectedly (signal SIGKILL)", {})
 

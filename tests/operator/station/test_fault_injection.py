@@ -3,7 +3,7 @@
 import asyncio
 
 import pytest
-from flockwire_core.runtime.detours import read_detours
+from flockwire_core.runtime.job import read_detours
 from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.relay.links import Relays, directions
 from flockwire_operator.station.fault_injection import FaultInjector, refusal

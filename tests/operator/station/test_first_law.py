@@ -50,6 +50,13 @@ def test_a_name_that_is_none_is_refused(flockwire, tmp_path, monkeypatch, name):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("name", ["random", "numpy"])
+def test_a_name_of_a_module_is_refused(flockwire, tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    assert "is a module that others import" in refused(flockwire("new", name))
+    assert not list(tmp_path.iterdir())
+
+
 def test_what_is_there_is_kept(flockwire, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "test_mine.py").write_text("mine")

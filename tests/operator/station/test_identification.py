@@ -96,7 +96,7 @@ def flown(swarm, seed: int, noise: float = 0.001, blind: tuple[float, float] = (
             driver.datagram(data, (address, COMMAND_PORT), target, now)
             flush()
         if not blind[0] <= (now - BEGAN) / SECOND < blind[1]:
-            motion = tello.flight.motion(now - BEGAN)
+            motion = tello.flight.airframe.motion(now - BEGAN)
             half = (motion.yaw + chance.gauss(0.0, 2.0 * noise)) / 2.0
             if swapped:
                 motion = motion._replace(position=parameters.position)
@@ -112,7 +112,7 @@ def flown(swarm, seed: int, noise: float = 0.001, blind: tuple[float, float] = (
             for key, message in driver.step(now):
                 core.receive(key, message, now)
             flush()
-    return truth, core, tello.flight.motion(now - BEGAN)
+    return truth, core, tello.flight.airframe.motion(now - BEGAN)
 
 
 def test_a_simulated_tello_is_identified_in_flight(make_swarm, tmp_path):

@@ -10,9 +10,9 @@ import pytest
 from flockwire_core.domain.pose import LEVEL
 from flockwire_core.domain.quaternion import rotate
 from flockwire_twins.multirotor import fitted
-from flockwire_twins.multirotor.fitted import FittedModel
+from flockwire_twins.multirotor.fitted import FittedVehicle
 from flockwire_twins.multirotor.parameters import Parameters
-from flockwire_twins.multirotor.rotors import RotorModel
+from flockwire_twins.multirotor.rotors import RotorVehicle
 
 MODELS = tomllib.loads(Path(package.__file__).with_name("models.toml").read_text())
 DT, FINE = 0.002, 20
@@ -62,7 +62,7 @@ def test_the_fitted_model_is_the_public_one(name):
         f["tilt_damping_per_s"], f["yaw_damping_per_s"], table["mass_kg"], f["thrust_gain"], f["thrust_lag_s"]
     )  # fmt: skip
     p = Parameters.model_validate(table)
-    model = FittedModel(p, p.fitted)
+    model = FittedVehicle(p, p.fitted)
     hover, drag = m * 9.81 / gain, drag_of(table)
     state, known = fitted.standing((0.0, 0.0, 1.0), 0.0, hover), np.array([0, 0, 1] + [0.0] * 9 + [hover])
 
@@ -85,10 +85,10 @@ def test_the_fitted_model_is_the_public_one(name):
 
 
 def rotor_model(name, drag=None, **changed):
-    table = MODELS[name]
-    figures = {"drag_kg_per_s": drag or table["drag_kg_per_s"], "rotors": {**table["rotors"], **changed}}
-    p = Parameters.model_validate({**table, **figures})
-    return RotorModel(p, p.rotors)
+    p = Parameters.model_validate(MODELS[name])
+    return RotorVehicle(
+        p.model_copy(update={"drag_kg_per_s": drag or p.drag_kg_per_s}), p.rotors.model_copy(update=changed)
+    )
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -134,8 +134,7 @@ def test_the_model_with_rotors_is_the_public_one_with_the_momentum_of_its_propel
 @pytest.mark.parametrize("name", ["cf2x_L250", "quad_1kg"])
 @pytest.mark.parametrize("omega", [(3.0, -2.0, 5.0), (-12.0, 9.0, 4.0)])
 def test_in_free_fall_energy_and_angular_momentum_stay(name, omega):
-    still = {"drag": (0.0, 0.0), "damping_n_m_s": 0.0, "thrust_per_rpm": (0.0, 0.0), "torque_per_rpm": (0.0, 0.0)}
-    model = rotor_model(name, propeller_kg_m2=35e-9, **still)
+    model = rotor_model(name, drag=(0.0, 0.0), propeller_kg_m2=35e-9, damping_n_m_s=0.0)
     inertia, mass = np.array(MODELS[name]["rotors"]["inertia_kg_m2"]), MODELS[name]["mass_kg"]
     speeds = (15e3, 18e3, 15e3, 18e3)
     whole = model.momentum(LEVEL, omega, speeds)
@@ -151,7 +150,7 @@ def test_in_free_fall_energy_and_angular_momentum_stay(name, omega):
 
     momentum, turning, level = conserved(state)
     for _ in range(1000):
-        state = model.flown(state, speeds, CALM, 1.0, EVERY)
+        state = model.flown(state, speeds, CALM, 1.0, (0.0, 0.0, 0.0, 0.0))  # no thrust, no torque
     later, turns, levels = conserved(state)
     assert later == pytest.approx(momentum, rel=1e-9)
     assert turns == pytest.approx(turning, rel=5e-3)

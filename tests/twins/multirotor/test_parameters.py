@@ -3,8 +3,10 @@
 import tomllib
 
 import pytest
+import tomli_w
 from flockwire_core.loading import SwarmFileError, load_swarm
-from flockwire_twins.multirotor.parameters import Parameters, parameters_of, problems, stable
+from flockwire_twins.multirotor.parameters import Parameters, parameters_of
+from flockwire_twins.multirotor.rules import problems, settles, stable, warnings
 from flockwire_twins.multirotor.swarm_file import MODELS
 
 SWARM = """
@@ -39,6 +41,16 @@ thrust_lag_s = 0.12116
 [autopilot]
 velocity_gain_per_s = 3.0
 """
+ROTORS = """
+[rotors]
+arm_m = 0.03253
+inertia_kg_m2 = [16.8e-6, 16.8e-6, 29.8e-6]
+thrust_per_rpm = [-5.3822e-7, 2.45829e-10]
+torque_per_rpm = [1.41045e-9, 1.45926e-12]
+faster_per_s = [7.3556, 0.0]
+slower_per_s = [0.0, 0.0]
+propeller_kg_m2 = 34.52e-9
+"""
 
 
 @pytest.fixture
@@ -60,7 +72,10 @@ def test_a_file_of_figures_is_read(load):
 
 @pytest.mark.parametrize("name", MODELS)
 def test_every_model_can_fly(name):
-    assert not [*problems(Parameters.model_validate(MODELS[name]))]
+    for left_out in ("", "fitted"):
+        p = Parameters.model_validate({key: value for key, value in MODELS[name].items() if key != left_out})
+        assert not [*problems(p)]
+        assert settles(p)
 
 
 @pytest.mark.parametrize(
@@ -72,6 +87,14 @@ def test_every_model_can_fly(name):
         (("velocity_gain_per_s = 3.0", "velocity_gain_per_s = 18.0"), "its velocity loop is unstable with these gains"),
         (("mass_kg = 0.0319", "mass_kg = 0.0319\nstep_s = 0.02"), "step_s = 0.02: must be 0.0039 or less"),
         (("[fitted]", "[fitted"), "not TOML"),
+        ((FILE, ""), "mass_kg: missing; this key has no default"),
+        (("mass_kg = 0.0319", "mass_kg = 0.0319\nstep_s = 1e-12"), "step_s = 1e-12: must be a number from 0.0001"),
+        (("0.01278]", "100.0]"), "step_s = 0.002: must be 3.1e-05 or less"),
+        (("[-245.67, ", "[-1e9, "), "step_s = 0.002: must be 3.1e-06 or less"),
+        (("mass_kg = 0.0319", "mass_kg = 0.0319\nsag_load = 0.5"), "it cannot hover"),
+        (("[-245.67,", "[245.67,"), "fitted.tilt_per_s2.0 = 245.67: must be a number below 0"),
+        (("0.01278]", "-0.01278]"), "drag_kg_per_s.1 = -0.01278: must be a number of 0 or more"),
+        (("[autopilot]", ROTORS + "[autopilot]"), "rotors keep their speed"),
     ],
 )
 def test_what_cannot_fly_is_refused(load, changed, line):
@@ -79,6 +102,43 @@ def test_what_cannot_fly_is_refused(load, changed, line):
         load(figures=FILE.replace(*changed))
     (found,) = [one for one in str(refused.value).split("\n") if line in one]
     assert "airframes.mine.file = 'mine.toml': " in found or 'airframes.mine.file = "mine.toml": ' in found
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"integrator_time_s": 0.002},
+        {"integrator_time_s": 0.003},
+        {"rotor_time_s": 0.0009},
+        {"attitude_gain_per_s": 34.0},
+    ],
+)
+def test_gains_that_only_a_flight_shows_to_be_unstable_are_refused(load, changed):
+    given = (
+        "[rotors]"
+        + tomli_w.dumps({"rotors": MODELS["cf2x_L250"]["rotors"], "autopilot": changed}).partition("[rotors]")[2]
+    )
+    figures = FILE.partition("[fitted]")[0] + given
+    with pytest.raises(SwarmFileError, match=r"autopilot: hover does not settle in steps of 0\.002 s; lower its gains"):
+        load(figures=figures)
+
+
+def test_a_gain_may_be_slow(load):
+    load(figures=FILE.replace("velocity_gain_per_s = 3.0", "velocity_gain_per_s = 0.1"))
+
+
+def test_an_empty_battery_that_does_not_carry_it_is_warned_of(load):
+    found = [*warnings(load(figures=FILE.replace("mass_kg", "sag_empty = 0.3\nsag_load = 0.1\nmass_kg")))]
+    assert any("airframes.mine: its empty battery lifts 0.6" in one for one in found)
+
+
+@pytest.mark.parametrize(
+    ("most", "warned"), [(10.0, ["limits.acceleration = 10 m/s^2: airframe mine reaches 6.7"]), (6.5, [])]
+)
+def test_an_acceleration_that_tilt_does_not_give_is_warned_of(load, most, warned):
+    swarm = load()
+    found = [*warnings(swarm.model_copy(update={"limits": swarm.limits.model_copy(update={"acceleration": most})}))]
+    assert [line[: len(warned[0])] for line in found] == warned
 
 
 def test_a_model_must_be_a_known_one(load):
@@ -93,6 +153,7 @@ def test_a_model_must_be_a_known_one(load):
         ((-1, -2, 0.1), False),
         ((-1 + 5j, -1 - 5j, -2), True),
         ((0.1 + 5j, 0.1 - 5j, -9), False),
+        ((-1, 1j, -1j), False),
     ],
 )
 def test_stability_is_that_of_the_zeros(zeros, is_stable):

@@ -54,7 +54,7 @@ class Talk:
     @property
     def position(self) -> tuple[float, float, float]:
         """Where it is now."""
-        return self.tello.flight.motion(self.now).position
+        return self.tello.flight.airframe.motion(self.now).position
 
 
 @pytest.fixture

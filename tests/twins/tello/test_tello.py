@@ -70,7 +70,7 @@ def test_a_movement_keeps_its_speed(flying):
     here.ask("speed 20")
     here.ask("forward 100", 3.0)
     assert here.replies == []
-    assert here.tello.flight.motion(here.now).velocity[0] == pytest.approx(0.2, abs=0.01)
+    assert here.tello.flight.airframe.motion(here.now).velocity[0] == pytest.approx(0.2, abs=0.01)
     assert here.state.vgx == 2
 
 
@@ -162,13 +162,13 @@ def test_mission_pads_are_off_or_not_seen(talk):
 def test_the_sticks_follow_their_gains(flying):
     here = flying()
     assert here.ask("rc 0 50 0 0", 3.0) is None
-    assert here.tello.flight.motion(here.now).velocity == pytest.approx((0.5, 0.0, 0.0), abs=1e-3)
+    assert here.tello.flight.airframe.motion(here.now).velocity == pytest.approx((0.5, 0.0, 0.0), abs=1e-3)
     here.ask("rc -30 0 -20 0", 3.0)
-    assert here.tello.flight.motion(here.now).velocity == pytest.approx((0.0, 0.3, -0.2), abs=1e-3)
+    assert here.tello.flight.airframe.motion(here.now).velocity == pytest.approx((0.0, 0.3, -0.2), abs=1e-3)
     here.ask("rc 0 0 0 45", 2.0)
-    assert here.tello.flight.motion(here.now).yaw_rate == pytest.approx(-pi / 4, abs=1e-3)
+    assert here.tello.flight.airframe.motion(here.now).yaw_rate == pytest.approx(-pi / 4, abs=1e-3)
     here.ask("rc 200 0 0 0", 1.0)
-    assert here.tello.flight.motion(here.now).yaw_rate == pytest.approx(-pi / 4, abs=1e-3)
+    assert here.tello.flight.airframe.motion(here.now).yaw_rate == pytest.approx(-pi / 4, abs=1e-3)
 
 
 def test_a_stop_ends_a_movement_with_three_replies(flying):
@@ -176,7 +176,7 @@ def test_a_stop_ends_a_movement_with_three_replies(flying):
     here.ask("forward 500", 1.0)
     here.ask("stop", 2.0)
     assert [datagram for _, datagram, _ in here.replies] == [b"forced stop", b"ok", b"ok"]
-    assert here.tello.flight.motion(here.now).velocity == pytest.approx((0.0, 0.0, 0.0), abs=0.01)
+    assert here.tello.flight.airframe.motion(here.now).velocity == pytest.approx((0.0, 0.0, 0.0), abs=0.01)
 
 
 def test_replies_keep_their_order(flying):
@@ -251,7 +251,7 @@ def test_no_datagram_harms_it(datagrams, generation):
         tello.receive(datagram, ("127.0.0.9", 9), now)
         tello.outgoing(now)
         assert tello.next_deadline() >= now - SECOND // 50
-    assert tello.flight.motion(now).position[2] >= 0.0
+    assert tello.flight.airframe.motion(now).position[2] >= 0.0
 
 
 def test_uncollected_data_is_bounded():

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import NamedTuple, Protocol, cast
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, NamedTuple, Protocol
 
 from flockwire_core.domain.airframe import Command
 from flockwire_core.domain.order import Mission, Stop
@@ -54,17 +54,16 @@ class KinematicsCore:
     """
 
     def __init__(self, swarm: Swarm, now: int, chance: Callable[[], float] = lambda: 0.5) -> None:
-        own = [i for i in swarm.simulated if i not in swarm.driven]
-        served = [i for i in swarm.simulated if i in swarm.driven]
+        simulated, driven = set(swarm.simulated), set(swarm.driven)
+        self._commanded: dict[str, Commanded] = _stand(swarm, simulated - driven, now, chance)
+        served: dict[str, Served] = _stand(swarm, simulated & driven, now, chance)
+        self._airframes: dict[str, SimulatedAirframe] = {**self._commanded, **served}
+        self._served = {one.address: one for one in served.values()}
         self.triggers: frozenset[Key] = frozenset()
-        self.prompt = frozenset({STOP, *((MISSION,) if swarm.walking else ()), *(Key("command", uav(i)) for i in own)})
+        commands = (Key("command", owner) for owner in self._commanded)
+        self.prompt = frozenset({STOP, *((MISSION,) if swarm.walking else ()), *commands})
         self.period = 1.0 / swarm.gateway.rate_hz
         self._frame = swarm.frame
-        self._airframes: dict[str, SimulatedAirframe] = {
-            uav(i): load_object(swarm.row(i).simulated)(swarm, i, now, chance) for i in (*own, *served)
-        }
-        self._commanded = {uav(i): cast("Commanded", self._airframes[uav(i)]) for i in own}
-        self._served = {one.address: one for one in (cast("Served", self._airframes[uav(i)]) for i in served)}
         self._persons = {
             Key("truth", uav(i)): MovingPoint(swarm.leading[i].trajectory.build(), swarm.drone(i).start)
             for i in swarm.walking
@@ -88,11 +87,11 @@ class KinematicsCore:
         before, self._conditions = self._conditions, new
         for owner, (lag, dead_time) in new.responses.items():
             if before.responses.get(owner) != (lag, dead_time):
-                self._airframes[owner].respond(lag, dead_time)
+                self._airframes[owner].airframe.respond(lag, dead_time)
         for owner in {*new.worn, *before.worn} if new.worn != before.worn else ():
-            self._commanded[owner].wear(new.worn.get(owner, Wear()))
+            self._commanded[owner].airframe.wear(new.worn.get(owner, Wear()))
         for owner in new.failed - before.failed:
-            self._airframes[owner].stop()
+            self._airframes[owner].airframe.stop()
         if new.wind != before.wind:
             self._blow(new.wind)
 
@@ -110,8 +109,8 @@ class KinematicsCore:
                 for person in self._persons.values():
                     person.order(message, now)
             case Stop():
-                for airframe in self._commanded.values():
-                    airframe.stop()
+                for commanded in self._commanded.values():
+                    commanded.airframe.stop()
                 self._telemetry_deadline = 0  # the operator waits for the report that the motors are off
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
@@ -120,11 +119,11 @@ class KinematicsCore:
             (key, Pose(now, self._frame, person.advance(now))) for key, person in self._persons.items()
         ]
         frame = self._frame
-        for key, airframe in self._truths:
-            airframe.advance(now)
-            if airframe.in_the_air:
+        for key, one in self._truths:
+            one.advance(now)
+            if one.in_the_air:
                 self._flew = now
-            messages.append((key, Pose(now, frame, airframe.position, airframe.orientation)))
+            messages.append((key, Pose(now, frame, one.airframe.position, one.airframe.orientation)))
         if now >= self._telemetry_deadline:
             self._telemetry_deadline = next_deadline(self._telemetry_deadline, now, TELEMETRY_PERIOD)
             for owner, commanded in self._commanded.items():
@@ -133,8 +132,8 @@ class KinematicsCore:
 
     def retire(self, now: int) -> None:
         """Land drones that still fly after RETIREMENT s, because the process must end."""
-        for airframe in self._commanded.values():
-            airframe.land_at = now + RETIREMENT
+        for commanded in self._commanded.values():
+            commanded.land_at = now + RETIREMENT
 
     @property
     def sockets(self) -> tuple[Address, ...]:
@@ -161,13 +160,18 @@ class KinematicsCore:
         details = (
             f"{flying} of {len(self._airframes)} in flight" if flying else "",
             f"{clipped} commands clipped" if clipped else "",
-            *(f"{owner}: {airframe.remark}" for owner, airframe in self._commanded.items() if airframe.remark),
+            *(f"{owner}: {remark}" for owner, one in self._commanded.items() if (remark := one.airframe.remark)),
         )
         return Report(Phase.SIMULATING, ", ".join(detail for detail in details if detail))
 
     def _blow(self, wind: Blowing) -> None:
-        for airframe in self._airframes.values():
-            airframe.blow(Wind(wind.velocity, wind.gust, self._chance))
+        for one in self._airframes.values():
+            one.airframe.blow(Wind(wind.velocity, wind.gust, self._chance))
+
+
+def _stand(swarm: Swarm, numbers: Iterable[int], now: int, chance: Callable[[], float]) -> dict[str, Any]:
+    """Return the airframes of drones at their starts, by owner."""
+    return {uav(i): load_object(swarm.row(i).simulated)(swarm, i, now, chance) for i in sorted(numbers)}
 
 
 def make_core(start: Start) -> KinematicsCore:

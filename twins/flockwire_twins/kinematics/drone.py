@@ -17,8 +17,6 @@ from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.tables import Limits
 
 from flockwire_twins.kinematics.airframe import FLYING, LANDING, FirstOrderAirframe, FlyingBody
-from flockwire_twins.simulated_airframe import Wear
-from flockwire_twins.wind import Wind
 
 
 class SimulatedDrone:
@@ -70,37 +68,6 @@ class SimulatedDrone:
                 self.airframe.state = FlightState.LANDING
             self.airframe.command((0.0, 0.0, -self._sink) if self._set_down else ZERO, now)
         self.airframe.advance(now)
-
-    @property
-    def position(self) -> Vector:
-        """Its position, m, world frame."""
-        return self.airframe.position
-
-    @property
-    def orientation(self) -> tuple[float, float, float, float]:
-        """Its orientation, a quaternion (x, y, z, w)."""
-        return self.airframe.orientation
-
-    def stop(self) -> None:
-        """Stop the motors permanently: in flight it falls."""
-        self.airframe.stop()
-
-    def respond(self, lag: float, dead_time: float) -> None:
-        """Set lag and dead time, s."""
-        self.airframe.respond(lag, dead_time)
-
-    def wear(self, wear: Wear) -> None:
-        """Set what is wrong with it."""
-        self.airframe.wear(wear)
-
-    @property
-    def remark(self) -> str:
-        """What is at its limit or has failed."""
-        return self.airframe.remark
-
-    def blow(self, wind: Wind) -> None:
-        """Set the wind."""
-        self.airframe.blow(wind)
 
     def telemetry(self, now: int, frame: str) -> Telemetry:
         """Return its telemetry, in the world frame `frame`."""

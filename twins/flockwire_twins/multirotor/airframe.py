@@ -22,8 +22,8 @@ from flockwire_core.swarm.model import Swarm
 
 from flockwire_twins.kinematics.airframe import GROUNDED, STOPPED, FlyingBody
 from flockwire_twins.kinematics.drone import SimulatedDrone
+from flockwire_twins.multirotor.make import make_vehicle
 from flockwire_twins.multirotor.parameters import Parameters, parameters_of
-from flockwire_twins.multirotor.vehicle import make_vehicle
 from flockwire_twins.simulated_airframe import Wear
 
 CRASH: Final = 2.0  # m/s at which it does not survive to touch the ground
@@ -62,8 +62,7 @@ class Multirotor(FlyingBody):
     @property
     def remark(self) -> str:
         """What is at its limit or has failed."""
-        loop = self.vehicle.loop
-        limited = ((loop.tilt_limited, "tilt"), (loop.thrust_limited, "thrust"))
+        limited = ((self.vehicle.tilt_limited, "tilt"), (self.vehicle.thrust_limited, "thrust"))
         steps = [f"{count} steps at the limit of {what}" for count, what in limited if count]
         return ", ".join([*([self.failure] if self.failure else []), *steps])
 

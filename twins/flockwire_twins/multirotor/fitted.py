@@ -10,44 +10,69 @@ position by Heun's rule.
 
 from __future__ import annotations
 
-from math import cos, exp, sin
+from math import asin, atan2, cos, exp, sin
 
-from flockwire_core.domain.quaternion import Quaternion, product
-from flockwire_core.domain.vector import ZERO, Vector
-from flockwire_core.process.driving import GRAVITY
+from flockwire_core.domain.quaternion import Quaternion
+from flockwire_core.domain.vector import ZERO, Vector, scale
 
 from flockwire_twins.multirotor.parameters import Fitted, Parameters
+from flockwire_twins.multirotor.vehicle import STILL, UP, Four, Pair, Vehicle, accelerated, length, quaternion, sum_of
 
-UP: Vector = (0.0, 0.0, 1.0)
-Turn = tuple[float, float]  # an angle, rad, and its rate, rad/s
+Turn = Pair  # an angle, rad, and its rate, rad/s
 # Position (m), velocity (m/s), acceleration (m/s²), world frame; roll, pitch, yaw; R e3; F, N.
 FittedState = tuple[Vector, Vector, Vector, Turn, Turn, Turn, Vector, float]
-Transition = tuple[float, float, float, float]
 
 
-class FittedModel:
-    """The equations with the figures of `p`."""
+class FittedVehicle(Vehicle):
+    """One by the fitted model."""
 
     def __init__(self, p: Parameters, f: Fitted) -> None:
-        (a, c), (ay, cy), self._dt = f.tilt_per_s2, f.yaw_per_s2, p.step_s
-        self._mass, self._drag, self._gain = p.mass_kg, p.drag_kg_per_s, f.thrust_gain
-        self.tilt_gain, self.yaw_gain = -c / a, -cy / ay  # of a steady command
-        self._tilt, self._yaw = (
-            transition(a, f.tilt_damping_per_s, p.step_s),
-            transition(ay, f.yaw_damping_per_s, p.step_s),
-        )
+        super().__init__(p)
+        (a, c), (ay, cy) = f.tilt_per_s2, f.yaw_per_s2
+        self._gain, self._tilt_gain, self._yaw_gain = f.thrust_gain, -c / a, -cy / ay  # of steady commands
+        self._tilt = transition(a, f.tilt_damping_per_s, p.step_s)
+        self._yaw = transition(ay, f.yaw_damping_per_s, p.step_s)
         self._decay = exp(-p.step_s / f.thrust_lag_s)
+        self._state = standing(ZERO, 0.0)
 
-    def flown(self, s: FittedState, command: Quaternion, wind: Vector, mass: float, lift: float) -> FittedState:
+    @property
+    def orientation(self) -> Quaternion:
+        """Its orientation."""
+        return quaternion(self._state[3][0], self._state[4][0], self._state[5][0])
+
+    def stand(self, position: Vector, yaw: float, spins: bool) -> None:
+        """Stand level."""
+        self._show(standing(position, yaw, self._state[7] if spins else 0.0))
+        self._disturbance = ZERO
+
+    def fly(
+        self, wanted: Vector, change: Vector, yaw: float, wind: Vector, lift: float, voltage: float, motors: bool
+    ) -> None:
+        """Fly a step."""
+        s, command = self._state, STILL
+        if motors:
+            acting = scale(self.up, self._gain * s[7] / self._mass)
+            x, y, z = f = self._thrust(wanted, change, s[2], acting, voltage)
+            size, c, n = length(f), cos(s[5][0]), sin(s[5][0])
+            roll, pitch = asin((n * x - c * y) / size), atan2(c * x + n * y, z)
+            tilt, force = self._tilt_gain, self._mass * size / self._gain
+            command = (roll / tilt, pitch / tilt, yaw / self._yaw_gain, force)
+        self._show(self.flown(s, command, wind, self._masses, lift * sum_of(self._shares) / 4.0))
+
+    def _show(self, state: FittedState) -> None:
+        self._state, self.position, self.velocity = state, state[0], state[1]
+        self.up, self.thrust = state[6], state[7] / self._most
+
+    def flown(self, s: FittedState, command: Four, wind: Vector, mass: float, lift: float) -> FittedState:
         """Return the state a step later.
 
         `command` is roll_cmd, pitch_cmd, yaw_cmd (rad), F_cmd (N); `mass` and `lift` are shares of m and k_F.
         """
         (x, y, z), (vx, vy, vz), _, roll, pitch, yaw, up, thrust = s
         dt, per_mass = self._dt, 1.0 / (mass * self._mass)
-        roll = turned(roll, self.tilt_gain * command[0], self._tilt)
-        pitch = turned(pitch, self.tilt_gain * command[1], self._tilt)
-        yaw = turned(yaw, self.yaw_gain * command[2], self._yaw)
+        roll = turned(roll, self._tilt_gain * command[0], self._tilt)
+        pitch = turned(pitch, self._tilt_gain * command[1], self._tilt)
+        yaw = turned(yaw, self._yaw_gain * command[2], self._yaw)
         lifted = self._gain * lift * per_mass
         ax, ay, az = accelerated(lifted * thrust, up, (vx, vy, vz), wind, self._drag, per_mass)
         up, thrust = axis(roll[0], pitch[0], yaw[0]), command[3] + self._decay * (thrust - command[3])
@@ -64,18 +89,7 @@ def standing(position: Vector, yaw: float, thrust: float = 0.0) -> FittedState:
     return (position, ZERO, ZERO, (0.0, 0.0), (0.0, 0.0), (yaw, 0.0), UP, thrust)
 
 
-def accelerated(
-    lifted: float, up: Vector, velocity: Vector, wind: Vector, drag: tuple[float, float], per_mass: float
-) -> Vector:
-    """Return v', m/s²: of a thrust of `lifted` m/s² along `up`, drag of (d_xy, d_z) kg/s, and gravity."""
-    (ux, uy, uz), (across, along) = up, drag
-    x, y, z = velocity[0] - wind[0], velocity[1] - wind[1], velocity[2] - wind[2]
-    flat = -across * per_mass
-    rise = lifted + (across - along) * per_mass * (x * ux + y * uy + z * uz)
-    return (rise * ux + flat * x, rise * uy + flat * y, rise * uz + flat * z - GRAVITY)
-
-
-def transition(a: float, b: float, dt: float) -> Transition:
+def transition(a: float, b: float, dt: float) -> Four:
     """Return exp([[0, 1], [a, b]] dt), row by row, by its series."""
     p, q, r, s = 1.0, 0.0, 0.0, 1.0  # the term of order k
     total = (p, q, r, s)
@@ -86,7 +100,7 @@ def transition(a: float, b: float, dt: float) -> Transition:
     return total
 
 
-def turned(turn: Turn, steady: float, m: Transition) -> Turn:
+def turned(turn: Turn, steady: float, m: Four) -> Turn:
     """Return angle and rate a step later; `steady` is the angle at which it would stay."""
     e, rate = turn[0] - steady, turn[1]
     return (steady + m[0] * e + m[1] * rate, m[2] * e + m[3] * rate)
@@ -97,11 +111,3 @@ def axis(roll: float, pitch: float, yaw: float) -> Vector:
     level, left, c, s = cos(roll), -sin(roll), cos(yaw), sin(yaw)
     forward = level * sin(pitch)
     return (c * forward - s * left, s * forward + c * left, level * cos(pitch))
-
-
-def quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Return R as a quaternion (x, y, z, w)."""
-    about_x: Quaternion = (sin(roll / 2.0), 0.0, 0.0, cos(roll / 2.0))
-    about_y: Quaternion = (0.0, sin(pitch / 2.0), 0.0, cos(pitch / 2.0))
-    about_z: Quaternion = (0.0, 0.0, sin(yaw / 2.0), cos(yaw / 2.0))
-    return product(about_z, product(about_y, about_x))

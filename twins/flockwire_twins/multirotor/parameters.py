@@ -3,28 +3,25 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator, Sequence
 from functools import cache
+from math import sqrt
 from typing import TYPE_CHECKING, Annotated
 
 from flockwire_core.process.driving import GRAVITY
-from flockwire_core.swarm.airframes import MULTIROTOR
-from flockwire_core.swarm.tables import Model, Positive, key
-from flockwire_core.swarm.validation import Problem, validate
+from flockwire_core.swarm.tables import Finite, Model, NotNegative, Positive, Share, key
+from flockwire_core.swarm.validation import validate
 from pydantic import Field
 
 from flockwire_twins.multirotor.swarm_file import MODELS, MultirotorInAirframes
 
 if TYPE_CHECKING:
     from flockwire_core.swarm.drones import AirframeKeys
-    from flockwire_core.swarm.model import Swarm
 
-RESERVE = 1.1  # least of the most thrust over the weight
-STEEPEST = 0.1  # most of a step of time over the shortest time constant
-Pair = Annotated[tuple[float, float], Field(strict=False)]
+Stiff = Annotated[tuple[Annotated[float, Field(lt=0, allow_inf_nan=False)], Positive], Field(strict=False)]  # a, c
+Rising = Annotated[tuple[Finite, Positive], Field(strict=False)]
+Rates = Annotated[tuple[NotNegative, NotNegative], Field(strict=False)]
 PositivePair = Annotated[tuple[Positive, Positive], Field(strict=False)]
 PositiveThree = Annotated[tuple[Positive, Positive, Positive], Field(strict=False)]
-Share = Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)]
 
 
 class ParametersError(ValueError):
@@ -36,7 +33,7 @@ class Autopilot(Model):
 
     velocity_gain_per_s: Positive = key(4.0, "horizontal acceleration per error of velocity: K")
     vertical_gain_per_s: Positive = key(4.0, "vertical: K_z")
-    integrator_time_s: Positive = key(0.1, "after which a disturbance is compensated: T", le=10)
+    integrator_time_s: Positive = key(0.05, "after which a disturbance is compensated: T", le=10)
     integrator_limit_m_per_s2: Positive = key(4.0, "most that is compensated")
     tilt_limit_rad: Positive = key(0.6, "most tilt of the wanted thrust", le=1.2)
     attitude_gain_per_s: Positive = key(10.0, "rate of roll and pitch per error of attitude: K_a")
@@ -49,9 +46,9 @@ class Autopilot(Model):
 class Fitted(Model):
     """The fitted model: a and c, b; thrust."""
 
-    tilt_per_s2: Pair
+    tilt_per_s2: Stiff
     tilt_damping_per_s: float = Field(lt=0)
-    yaw_per_s2: Pair
+    yaw_per_s2: Stiff
     yaw_damping_per_s: float = Field(lt=0)
     thrust_gain: float = Field(gt=0.1, le=10)
     thrust_lag_s: float = Field(gt=0, le=2)
@@ -63,10 +60,10 @@ class Rotors(Model):
     arm_m: float = Field(gt=0, le=5)
     inertia_kg_m2: PositiveThree
     damping_n_m_s: float = Field(0.0, ge=0)
-    thrust_per_rpm: Pair
-    torque_per_rpm: Pair
-    faster_per_s: Pair
-    slower_per_s: Pair
+    thrust_per_rpm: Rising
+    torque_per_rpm: Rising
+    faster_per_s: Rates
+    slower_per_s: Rates
     propeller_kg_m2: float = Field(ge=0, le=1)
 
 
@@ -74,15 +71,26 @@ class Parameters(Model):
     """One multirotor."""
 
     mass_kg: float = Field(gt=0, le=100)
-    drag_kg_per_s: Annotated[tuple[float, float], Field(strict=False)]  # across its axis, along it
+    drag_kg_per_s: Rates  # across its axis, along it
     thrust_n: PositivePair  # least and most of one rotor
-    step_s: Positive = 0.002  # of the simulation
+    step_s: float = Field(0.002, ge=1e-4, le=0.1)  # of the simulation
     ground_effect_radius_m: float = Field(0.0, ge=0, le=5)  # r of Cheeseman and Bennett; 0: none
     sag_empty: Share = 0.0  # of the voltage, of an empty battery
     sag_load: Share = 0.0  # of the voltage, at the most thrust
     fitted: Fitted | None = None
     rotors: Rotors | None = None
     autopilot: Autopilot = Autopilot()
+
+    @property
+    def thrust_gain(self) -> float:
+        """The thrust over the commanded one."""
+        return self.fitted.thrust_gain if self.fitted is not None else 1.0
+
+    def lift(self, charge: float = 1.0) -> float:
+        """Return the most thrust over the weight, of a battery that sags: s = voltage² = (v − sag_load s)²."""
+        v, load = 1.0 - self.sag_empty * (1.0 - charge), self.sag_load
+        share = 2.0 * v * v / (2.0 * load * v + 1.0 + sqrt(4.0 * load * v + 1.0))
+        return share * 4.0 * self.thrust_n[1] * self.thrust_gain / (self.mass_kg * GRAVITY)
 
     @property
     def delays_s(self) -> tuple[float, float]:
@@ -93,9 +101,9 @@ class Parameters(Model):
 
 
 @cache
-def _read(name: str, text: str) -> Parameters:
+def _read(name: str, text: str | None) -> Parameters:
     try:
-        table = tomllib.loads(text) if text else MODELS[name]
+        table = MODELS[name] if text is None else tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise ParametersError(f"{name}: not TOML: {error}") from None
     return validate(Parameters, table, name, ParametersError)
@@ -105,69 +113,6 @@ def parameters_of(airframe: AirframeKeys) -> Parameters:
     """Return the figures of an airframe; raises ParametersError with a line for each problem of its file."""
     if not isinstance(airframe, MultirotorInAirframes):
         raise TypeError(f"{airframe!r} has no keys of a multirotor")
-    found = _read(airframe.file or airframe.model, airframe.frames)
+    file = airframe.file
+    found = _read(airframe.model, None) if file is None else _read(file, airframe.frames)
     return found if found.fitted and not airframe.rotors else found.model_copy(update={"fitted": None})
-
-
-def problems(p: Parameters) -> Iterator[str]:
-    """Yield what cannot fly."""
-    a, fitted, rotors = p.autopilot, p.fitted, p.rotors
-    lift, weight = 4.0 * p.thrust_n[1] * (fitted.thrust_gain if fitted else 1.0), p.mass_kg * GRAVITY
-    if fitted is None and rotors is None:
-        yield "must have [fitted] or [rotors]"
-        return
-    if p.thrust_n[0] >= p.thrust_n[1] or lift < RESERVE * weight:
-        yield (
-            f"thrust_n = {list(p.thrust_n)}: four rotors lift {lift:.3g} N, the weight is {weight:.3g} N (mass_kg = "
-            f"{p.mass_kg:g}): it cannot hover; must be {RESERVE:g} times the weight or more, the least below the most"
-        )
-    for name, loop in _loops(p):
-        if not stable(loop):
-            yield f"autopilot: its {name} is unstable with these gains (Routh); lower {name.split()[0]}_gain_per_s"
-    fastest = max(abs(fitted.tilt_damping_per_s), abs(fitted.yaw_damping_per_s)) if fitted else a.rate_gain_per_s
-    longest = STEEPEST / fastest
-    if p.step_s > longest:
-        yield f"step_s = {p.step_s:g}: must be {longest:.2g} or less: for a time constant of {1 / fastest:.2g} s"
-
-
-def _loops(p: Parameters) -> Iterator[tuple[str, Sequence[float]]]:
-    """Yield the closed loops as polynomials in s, the highest power first."""
-    a = p.autopilot
-    if p.fitted:
-        stiff, damped, (yaw, _) = -p.fitted.tilt_per_s2[0], -p.fitted.tilt_damping_per_s, p.fitted.yaw_per_s2
-        yield "attitude loop", (1.0, damped, stiff)
-        yield "yaw loop", (1.0, -p.fitted.yaw_damping_per_s, -yaw)
-        yield "velocity loop", (1.0, damped, stiff, a.velocity_gain_per_s * stiff)
-    else:
-        lag, rate, attitude = a.rotor_time_s, a.rate_gain_per_s, a.rate_gain_per_s * a.attitude_gain_per_s
-        yield "attitude loop", (lag, 1.0, rate, attitude)
-        yield "yaw loop", (lag, 1.0, a.yaw_rate_gain_per_s, a.yaw_rate_gain_per_s * a.yaw_gain_per_s)
-        yield "velocity loop", (lag, 1.0, rate, attitude, a.velocity_gain_per_s * attitude)
-    yield "vertical loop", (p.fitted.thrust_lag_s if p.fitted else a.rotor_time_s, 1.0, a.vertical_gain_per_s)
-
-
-def stable(polynomial: Sequence[float]) -> bool:
-    """Return whether all zeros have negative real parts: the first column of Routh's array is positive."""
-    upper, lower = [*polynomial[::2]], [*polynomial[1::2], 0.0]
-    while lower and any(lower):
-        if upper[0] <= 0.0 or lower[0] <= 0.0:
-            return False
-        wide = [*lower, 0.0]
-        rest = [u - upper[0] / lower[0] * w for u, w in zip(upper[1:], wide[1:], strict=False)]
-        upper, lower = lower, rest
-    return upper[0] > 0.0
-
-
-def _flyable(swarm: Swarm) -> Iterator[Problem]:
-    """Yield what is wrong with the figures of airframes that fly."""
-    for name in dict.fromkeys(swarm.drone(number).airframe for number in swarm.of_kind(MULTIROTOR)):
-        airframe = swarm.airframes[name]
-        where = f"airframes.{name}.{'file' if airframe.file else 'model'}"  # type: ignore[attr-defined]
-        try:
-            found = [*problems(parameters_of(airframe))]
-        except ParametersError as error:
-            found = str(error).split("\n")
-        yield from (Problem(where, line) for line in found)
-
-
-RULES = (_flyable,)

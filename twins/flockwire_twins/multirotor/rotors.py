@@ -14,29 +14,65 @@ from __future__ import annotations
 
 from math import pi, sqrt
 
+from flockwire_core.domain.pose import LEVEL, wrapped, yaw_of
 from flockwire_core.domain.quaternion import Quaternion, conjugate, product, rotate
-from flockwire_core.domain.vector import Vector
+from flockwire_core.domain.vector import ZERO, Vector, scale
 
-from flockwire_twins.multirotor.fitted import UP, accelerated
+from flockwire_twins.multirotor.autopilot import RotorLoop
 from flockwire_twins.multirotor.parameters import Parameters, Rotors
+from flockwire_twins.multirotor.vehicle import STILL, UP, Four, Pair, Vehicle, accelerated, length, quaternion, sum_of
 
-Four = tuple[float, float, float, float]  # of each rotor
-Law = tuple[float, float]  # coefficients of w and w²
 # Position, velocity, acceleration (m, s, world), orientation, angular momentum L (kg m²/s, world), w.
 RotorState = tuple[Vector, Vector, Vector, Quaternion, Vector, Four]
 
 
-class RotorModel:
-    """The equations with the figures of `p`."""
+class RotorVehicle(Vehicle):
+    """One from first principles."""
 
     def __init__(self, p: Parameters, r: Rotors) -> None:
-        self._mass, self._drag, self.arm, self._damping = p.mass_kg, p.drag_kg_per_s, r.arm_m, r.damping_n_m_s
-        self.inertia: Vector = r.inertia_kg_m2
-        self.thrust: Law = r.thrust_per_rpm
-        self.torque: Law = r.torque_per_rpm
-        self.faster: Law = r.faster_per_s
-        self.slower: Law = r.slower_per_s
-        self._propeller, self._dt = r.propeller_kg_m2 * 2.0 * pi / 60.0, p.step_s
+        super().__init__(p)
+        self._arm, self._damping, self._propeller = r.arm_m, r.damping_n_m_s, r.propeller_kg_m2 * 2.0 * pi / 60.0
+        self._inertia: Vector = r.inertia_kg_m2
+        self._lift: Pair = r.thrust_per_rpm
+        self._torque: Pair = r.torque_per_rpm
+        self._faster: Pair = r.faster_per_s
+        self._slower: Pair = r.slower_per_s
+        self._attitude, self._forces = RotorLoop(p, r), STILL  # N
+        self._state: RotorState = (ZERO, ZERO, ZERO, LEVEL, ZERO, STILL)
+
+    @property
+    def orientation(self) -> Quaternion:
+        """Its orientation."""
+        return self._state[3]
+
+    def stand(self, position: Vector, yaw: float, spins: bool) -> None:
+        """Stand level."""
+        q, speeds = quaternion(0.0, 0.0, yaw), self._state[5] if spins else STILL
+        self._show((position, ZERO, ZERO, q, self.momentum(q, ZERO, speeds), speeds))
+        self._disturbance = ZERO
+        self._attitude.reset()
+
+    def fly(
+        self, wanted: Vector, change: Vector, yaw: float, wind: Vector, lift: float, voltage: float, motors: bool
+    ) -> None:
+        """Fly a step."""
+        s, command = self._state, STILL
+        _, _, acceleration, q, momentum, speeds = s
+        if motors:
+            acting = scale(self.up, sum_of(self._forces) / self._mass)
+            f = self._thrust(wanted, change, acceleration, acting, voltage)
+            tx, ty, tz = self._torques(self._forces, quadratic(self._torque, speeds), ZERO)
+            (jx, jy, jz), size, turn = self._inertia, length(f), wrapped(yaw - yaw_of(q))
+            known = (tx / jx, ty / jy, tz / jz)  # as it believes: of undamaged rotors, without damping
+            rates, up = self.rates(q, momentum, speeds), scale(f, 1.0 / size)
+            command = self._attitude.speeds(up, self._mass * size, turn, q, rates, known, speeds, voltage)
+        shares = times(self._shares, (lift, lift, lift, lift))
+        self._show(self.flown(s, command, wind, self._masses, shares))
+
+    def _show(self, state: RotorState) -> None:
+        self._state, self.position, self.velocity = state, state[0], state[1]
+        self.up, self._forces = rotate(state[3], UP), quadratic(self._lift, state[5])
+        self.thrust = sum_of(self._forces) / self._most
 
     def flown(self, s: RotorState, command: Four, wind: Vector, mass: float, shares: Four) -> RotorState:
         """Return the state a step later; `command` is w_c, `shares` are of each rotor's thrust and torque, and of m."""
@@ -45,11 +81,11 @@ class RotorModel:
         before = self.rates(q, s[4], w)
         middle = self._sped(w, w, command, h)
         speeds = self._sped(w, middle, command, dt)
-        force, half = times(quadratic(self.thrust, middle), shares), spun(q, before, h)
-        tx, ty, tz = rotate(half, self.torques(force, times(quadratic(self.torque, middle), shares), before))
+        force, half = times(quadratic(self._lift, middle), shares), spun(q, before, h)
+        tx, ty, tz = rotate(half, self._torques(force, times(quadratic(self._torque, middle), shares), before))
         omega = self.rates(half, (lx + h * tx, ly + h * ty, lz + h * tz), middle)
         later = (vx + h * ax, vy + h * ay, vz + h * az)
-        ax, ay, az = accelerated(per_mass * whole(force), rotate(half, UP), later, wind, self._drag, per_mass)
+        ax, ay, az = accelerated(per_mass * sum_of(force), rotate(half, UP), later, wind, self._drag, per_mass)
         ux, uy, uz = vx + dt * ax, vy + dt * ay, vz + dt * az
         position = (x + h * (vx + ux), y + h * (vy + uy), z + h * (vz + uz))
         momentum = (lx + dt * tx, ly + dt * ty, lz + dt * tz)
@@ -57,17 +93,17 @@ class RotorModel:
 
     def rates(self, q: Quaternion, momentum: Vector, speeds: Four) -> Vector:
         """Return omega, rad/s, body frame: J^-1 (R^T L − h e3)."""
-        (jx, jy, jz), (x, y, z) = self.inertia, rotate(conjugate(q), momentum)
+        (jx, jy, jz), (x, y, z) = self._inertia, rotate(conjugate(q), momentum)
         return (x / jx, y / jy, (z + self._propeller * turning(speeds)) / jz)
 
     def momentum(self, q: Quaternion, omega: Vector, speeds: Four) -> Vector:
         """Return L of the angular velocity `omega`, rad/s, body frame."""
-        (jx, jy, jz), (x, y, z) = self.inertia, omega
+        (jx, jy, jz), (x, y, z) = self._inertia, omega
         return rotate(q, (jx * x, jy * y, jz * z - self._propeller * turning(speeds)))
 
-    def torques(self, force: Four, drag: Four, omega: Vector) -> Vector:
+    def _torques(self, force: Four, drag: Four, omega: Vector) -> Vector:
         """Return tau, N m, body frame, of thrusts (N) and rotors' torques (N m)."""
-        (a, b, c, d), lever, damping = force, self.arm, self._damping
+        (a, b, c, d), lever, damping = force, self._arm, self._damping
         roll, pitch = lever * (c + d - a - b), lever * (b + c - a - d)
         return (roll - damping * omega[0], pitch - damping * omega[1], turning(drag) - damping * omega[2])
 
@@ -80,11 +116,11 @@ class RotorModel:
 
     def _spin_up(self, speed: float, command: float) -> float:
         """Return w'."""
-        r = self.faster if command > speed else self.slower
+        r = self._faster if command > speed else self._slower
         return r[0] * (command - speed) + r[1] * (command * command - speed * speed)
 
 
-def quadratic(law: Law, speeds: Four) -> Four:
+def quadratic(law: Pair, speeds: Four) -> Four:
     """Return law_1 w + law_2 w² of each rotor."""
     (p, q), (a, b, c, d) = law, speeds
     return (a * (p + q * a), b * (p + q * b), c * (p + q * c), d * (p + q * d))
@@ -93,11 +129,6 @@ def quadratic(law: Law, speeds: Four) -> Four:
 def times(a: Four, b: Four) -> Four:
     """Return the products, rotor by rotor."""
     return (a[0] * b[0], a[1] * b[1], a[2] * b[2], a[3] * b[3])
-
-
-def whole(a: Four) -> float:
-    """Return the sum over the rotors."""
-    return a[0] + a[1] + a[2] + a[3]
 
 
 def turning(a: Four) -> float:

@@ -1,20 +1,27 @@
-"""A multirotor with its autopilot, by the fitted model or with rotors: velocity and heading in, motion out."""
+"""A multirotor with its autopilot, velocity and heading in, motion out: its outer loop, from velocity to thrust vector.
+
+    f = a_c + K (v_c − A a_c − v) − g − z,   z' = (v' − g − f_now − z) / T                 (velocity, vertical K_z, A_z)
+
+f is the thrust over the mass, m/s²: its tilt and size are limited, the vertical part first. A is the time by which
+attitude and thrust follow: of a velocity that changes by a_c, v can have reached v_c − A a_c. z is an integrator: what
+accelerates the vehicle beside its known thrust, as wind, drag or a wrong mass do. It compares with the thrust that
+acts, so a limit does not wind it up; it is limited as well.
+"""
 
 from __future__ import annotations
 
-from math import asin, atan2, cos, sin
+from math import cos, sin, sqrt, tan
 
-from flockwire_core.domain.pose import LEVEL, wrapped, yaw_of
-from flockwire_core.domain.quaternion import Quaternion, rotate
+from flockwire_core.domain.quaternion import Quaternion, product
 from flockwire_core.domain.vector import ZERO, Vector, scale
+from flockwire_core.process.driving import GRAVITY
 
-from flockwire_twins.multirotor import fitted
-from flockwire_twins.multirotor.autopilot import RotorLoop, VelocityLoop, length
-from flockwire_twins.multirotor.fitted import UP, FittedModel
-from flockwire_twins.multirotor.parameters import Fitted, Parameters, Rotors
-from flockwire_twins.multirotor.rotors import Four, RotorModel, RotorState, quadratic, times, whole
+from flockwire_twins.multirotor.parameters import Parameters
 from flockwire_twins.simulated_airframe import Wear
 
+UP: Vector = (0.0, 0.0, 1.0)
+Four = tuple[float, float, float, float]  # of each rotor, or of a command
+Pair = tuple[float, float]
 STILL: Four = (0.0, 0.0, 0.0, 0.0)
 
 
@@ -22,16 +29,21 @@ class Vehicle:
     """The common part; `thrust` is a share of the most, `up` its axis."""
 
     def __init__(self, p: Parameters) -> None:
-        self.loop = VelocityLoop(p)
+        gains, self.delays = p.autopilot, p.delays_s  # A, A_z, s
+        self.tilt_limited = self.thrust_limited = 0  # steps
         self.suffer(Wear())
         self.position, self.velocity, self.up, self.thrust = ZERO, ZERO, UP, 0.0
-        self._mass, self._most = p.mass_kg, 4.0 * p.thrust_n[1]
-        gain = p.fitted.thrust_gain if p.fitted is not None else 1.0
+        self._mass, self._most, self._drag, self._dt = p.mass_kg, 4.0 * p.thrust_n[1], p.drag_kg_per_s, p.step_s
+        gain = p.thrust_gain
         self._bounds = (4.0 * p.thrust_n[0] * gain / p.mass_kg, self._most * gain / p.mass_kg)
+        self._across, self._along = gains.velocity_gain_per_s, gains.vertical_gain_per_s
+        self._share, self._limit = p.step_s / gains.integrator_time_s, gains.integrator_limit_m_per_s2
+        self._tangent = tan(gains.tilt_limit_rad)
+        self._disturbance = ZERO
 
     def suffer(self, wear: Wear) -> None:
         """Set what is wrong with it."""
-        self._masses, self.loop.gain, self._shares = wear.mass, wear.gains, wear.rotors
+        self._masses, self._gains, self._shares = wear.mass, wear.gains, wear.rotors
 
     @property
     def orientation(self) -> Quaternion:
@@ -52,94 +64,51 @@ class Vehicle:
         raise NotImplementedError
 
     def _thrust(self, wanted: Vector, change: Vector, acceleration: Vector, acting: Vector, voltage: float) -> Vector:
-        least, most = self._bounds
-        return self.loop.thrust(wanted, change, self.velocity, acceleration, acting, (least, most * voltage * voltage))
+        """Return f, m/s², world frame; `change` is a_c, `acting` f_now."""
+        share, (x, y, z), (ax, ay, az), (vx, vy, vz) = self._share, self._disturbance, acceleration, self.velocity
+        least, most = self._bounds[0], self._bounds[1] * voltage * voltage
+        x, y = x + share * (ax - acting[0] - x), y + share * (ay - acting[1] - y)
+        z += share * (az + GRAVITY - acting[2] - z)
+        size = length((x, y, z))
+        less = self._limit / size if size > self._limit else 1.0
+        self._disturbance = zx, zy, zz = scale((x, y, z), less)
+        across, along = self._gains * self._across, self._gains * self._along
+        level, steep = 1.0 - across * self.delays[0], 1.0 - along * self.delays[1]
+        x = level * change[0] + across * (wanted[0] - vx) - zx
+        y = level * change[1] + across * (wanted[1] - vy) - zy
+        wished = steep * change[2] + along * (wanted[2] - vz) + GRAVITY - zz
+        z = min(max(wished, least), most)
+        flat, tilted, left = sqrt(x * x + y * y), self._tangent * z, sqrt(max(most * most - z * z, 0.0))
+        self.thrust_limited += wished != z or flat > left
+        self.tilt_limited += flat > tilted
+        less = min(tilted, left) / flat if flat > min(tilted, left) else 1.0
+        return (x * less, y * less, z)
 
 
-class FittedVehicle(Vehicle):
-    """One by the fitted model."""
-
-    def __init__(self, p: Parameters, f: Fitted) -> None:
-        super().__init__(p)
-        self._gain, self._model, self._state = f.thrust_gain, FittedModel(p, f), fitted.standing(ZERO, 0.0)
-
-    @property
-    def orientation(self) -> Quaternion:
-        """Its orientation."""
-        return fitted.quaternion(self._state[3][0], self._state[4][0], self._state[5][0])
-
-    def stand(self, position: Vector, yaw: float, spins: bool) -> None:
-        """Stand level."""
-        self._show(fitted.standing(position, yaw, self._state[7] if spins else 0.0))
-        self.loop.reset()
-
-    def fly(
-        self, wanted: Vector, change: Vector, yaw: float, wind: Vector, lift: float, voltage: float, motors: bool
-    ) -> None:
-        """Fly a step."""
-        s, model, command = self._state, self._model, STILL
-        if motors:
-            acting = scale(self.up, self._gain * s[7] / self._mass)
-            x, y, z = f = self._thrust(wanted, change, s[2], acting, voltage)
-            size, c, n = length(f), cos(s[5][0]), sin(s[5][0])
-            roll, pitch = asin((n * x - c * y) / size), atan2(c * x + n * y, z)
-            tilt, force = model.tilt_gain, self._mass * size / self._gain
-            command = (roll / tilt, pitch / tilt, yaw / model.yaw_gain, force)
-        self._show(model.flown(s, command, wind, self._masses, lift * whole(self._shares) / 4.0))
-
-    def _show(self, state: fitted.FittedState) -> None:
-        self._state, self.position, self.velocity = state, state[0], state[1]
-        self.up, self.thrust = state[6], state[7] / self._most
+def length(v: Vector) -> float:
+    """Return |v|, which compiled costs less than `norm`."""
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
 
 
-class RotorVehicle(Vehicle):
-    """One from first principles."""
-
-    def __init__(self, p: Parameters, r: Rotors) -> None:
-        super().__init__(p)
-        self._model = model = RotorModel(p, r)
-        self._attitude, self._forces = RotorLoop(p, model), STILL  # N
-        self._state: RotorState = (ZERO, ZERO, ZERO, LEVEL, ZERO, STILL)
-
-    @property
-    def orientation(self) -> Quaternion:
-        """Its orientation."""
-        return self._state[3]
-
-    def stand(self, position: Vector, yaw: float, spins: bool) -> None:
-        """Stand level."""
-        q, speeds = fitted.quaternion(0.0, 0.0, yaw), self._state[5] if spins else STILL
-        self._show((position, ZERO, ZERO, q, self._model.momentum(q, ZERO, speeds), speeds))
-        self.loop.reset()
-        self._attitude.reset()
-
-    def fly(
-        self, wanted: Vector, change: Vector, yaw: float, wind: Vector, lift: float, voltage: float, motors: bool
-    ) -> None:
-        """Fly a step."""
-        s, model, command = self._state, self._model, STILL
-        _, _, acceleration, q, momentum, speeds = s
-        if motors:
-            acting = scale(self.up, whole(self._forces) / self._mass)
-            f = self._thrust(wanted, change, acceleration, acting, voltage)
-            tx, ty, tz = model.torques(self._forces, quadratic(model.torque, speeds), ZERO)
-            (jx, jy, jz), size, turn = model.inertia, length(f), wrapped(yaw - yaw_of(q))
-            known = (tx / jx, ty / jy, tz / jz)  # as it believes: of undamaged rotors, without damping
-            rates, up = model.rates(q, momentum, speeds), scale(f, 1.0 / size)
-            command = self._attitude.speeds(up, self._mass * size, turn, q, rates, known, speeds, voltage)
-        shares = times(self._shares, (lift, lift, lift, lift))
-        self._show(model.flown(s, command, wind, self._masses, shares))
-
-    def _show(self, state: RotorState) -> None:
-        self._state, self.position, self.velocity = state, state[0], state[1]
-        self.up, self._forces = rotate(state[3], UP), quadratic(self._model.thrust, state[5])
-        self.thrust = whole(self._forces) / self._most
+def accelerated(
+    lifted: float, up: Vector, velocity: Vector, wind: Vector, drag: tuple[float, float], per_mass: float
+) -> Vector:
+    """Return v', m/s²: of a thrust of `lifted` m/s² along `up`, drag of (d_xy, d_z) kg/s, and gravity."""
+    (ux, uy, uz), (across, along) = up, drag
+    x, y, z = velocity[0] - wind[0], velocity[1] - wind[1], velocity[2] - wind[2]
+    flat = -across * per_mass
+    rise = lifted + (across - along) * per_mass * (x * ux + y * uy + z * uz)
+    return (rise * ux + flat * x, rise * uy + flat * y, rise * uz + flat * z - GRAVITY)
 
 
-def make_vehicle(p: Parameters) -> Vehicle:
-    """Return a vehicle: by the fitted model if it has one."""
-    if p.fitted is not None:
-        return FittedVehicle(p, p.fitted)
-    if p.rotors is not None:
-        return RotorVehicle(p, p.rotors)
-    raise ValueError("neither a fitted model nor rotors")
+def quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
+    """Return R as a quaternion (x, y, z, w)."""
+    about_x: Quaternion = (sin(roll / 2.0), 0.0, 0.0, cos(roll / 2.0))
+    about_y: Quaternion = (0.0, sin(pitch / 2.0), 0.0, cos(pitch / 2.0))
+    about_z: Quaternion = (0.0, 0.0, sin(yaw / 2.0), cos(yaw / 2.0))
+    return product(about_z, product(about_y, about_x))
+
+
+def sum_of(a: Four) -> float:
+    """Return the sum over the rotors."""
+    return a[0] + a[1] + a[2] + a[3]

@@ -1,16 +1,101 @@
-"""The commands of a simulated Tello, of SDK 1.3, 2.0 and 3.0: a later SDK's are unknown to an earlier drone."""
+"""The commands of a simulated Tello, of SDK 1.3, 2.0 and 3.0: a later SDK's are unknown to an earlier drone.
+
+Most settings have only ranges and replies.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Final
+from typing import Final, Literal
 
 from flockwire_tello.commands import word
 from flockwire_tello.state_string import TelloState
 
-from flockwire_twins.tello import movements, settings
-from flockwire_twins.tello.commanded import OK, CommandedTello, Handler, RefusedError, Reply
+from flockwire_twins.tello import movements
+from flockwire_twins.tello.commanded import ERROR, OK, CommandedTello, Handler, RefusedError, Reply, whole
 from flockwire_twins.tello.parameters import Quirk
+
+REBOOT = "OK,drone will reboot in 3s\0"  # public logs, NUL included
+
+
+def set_speed(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+    """Set the speed of movements, cm/s."""
+    (drone.speed,) = whole(texts, (10, 100))
+    return OK
+
+
+def switch(what: Literal["pads", "streaming"], on: bool) -> Handler:
+    """Return the handler that starts or stops the search for mission pads, or the video."""
+
+    def handle(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+        setattr(drone, what, on)
+        return OK
+
+    return handle
+
+
+def checked(*ranges: tuple[int, int]) -> Handler:
+    """Return the handler of a setting with only its ranges simulated."""
+
+    def check(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+        whole(texts, *ranges)
+        return OK
+
+    return check
+
+
+def one_of(*values: str) -> Handler:
+    """Return the handler of a setting with one of `values`; its effect is not simulated."""
+    return lambda drone, texts, now: OK if len(texts) == 1 and texts[0] in values else ERROR
+
+
+def set_port(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+    """Set the ports of state and video."""
+    state, video = whole(texts, (1025, 65535), (1025, 65535))
+    drone.ports = (state, video)
+    return OK
+
+
+def motors(on: bool) -> Handler:
+    """Return the handler that runs the motors on the ground, or stops them; `error` in the air."""
+
+    def switch(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+        flight = drone.flight
+        if flight.flying:
+            return ERROR
+        (flight.airframe.start if on else flight.airframe.cut)(now)
+        return OK
+
+    return switch
+
+
+def network(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+    """Receive the name and password of a network, and restart."""
+    if len(texts) != 2:
+        return ERROR
+    drone.rebooting = True
+    return REBOOT
+
+
+def reboot(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+    """Restart."""
+    drone.rebooting = True
+    return OK
+
+
+def extension(drone: CommandedTello, texts: list[str], now: int) -> Reply:
+    """Reply as the open-source controller does, for lights and distance sensor; nothing else is simulated."""
+    match texts:
+        case ["led", _, *_]:
+            return "led ok"
+        case ["mled", _, *_]:
+            return "matrix ok"
+        case ["tof?"]:
+            return "tof 8192"  # nothing in its range
+        case ["version?"]:
+            return "esp32v1.0.0.0"
+    return f"unknown command: {' '.join(['EXT', *texts])[:64]}"
+
 
 SIGNAL = "90"  # signal to noise of the Wi-Fi
 
@@ -65,27 +150,27 @@ _COMMANDS: Final[dict[str, tuple[str, Handler]]] = {  # first SDK with it, handl
     "go": ("1.3", movements.go),
     "curve": ("1.3", movements.curve),
     "jump": ("2.0", fixed_reply("error No valid marker")),
-    "speed": ("1.3", settings.speed),
-    "streamon": ("1.3", settings.switch("streaming", True)),
-    "streamoff": ("1.3", settings.switch("streaming", False)),
-    "wifi": ("1.3", settings.network),
-    "ap": ("2.0", settings.network),
-    "mon": ("2.0", settings.switch("pads", True)),
-    "moff": ("2.0", settings.switch("pads", False)),
-    "mdirection": ("2.0", settings.checked((0, 2))),
+    "speed": ("1.3", set_speed),
+    "streamon": ("1.3", switch("streaming", True)),
+    "streamoff": ("1.3", switch("streaming", False)),
+    "wifi": ("1.3", network),
+    "ap": ("2.0", network),
+    "mon": ("2.0", switch("pads", True)),
+    "moff": ("2.0", switch("pads", False)),
+    "mdirection": ("2.0", checked((0, 2))),
     "keepalive": ("2.0", fixed_reply(OK)),
-    "motoron": ("3.0", settings.motors(True)),
-    "motoroff": ("3.0", settings.motors(False)),
+    "motoron": ("3.0", motors(True)),
+    "motoroff": ("3.0", motors(False)),
     "throwfly": ("3.0", movements.take_off),  # as from the ground; a throw is not simulated
-    "reboot": ("3.0", settings.reboot),
-    "port": ("3.0", settings.port),
-    "wifisetchannel": ("3.0", settings.checked((1, 14))),
-    "multiwifi": ("3.0", settings.network),
-    "setfps": ("3.0", settings.one_of("high", "middle", "low")),
-    "setbitrate": ("3.0", settings.checked((0, 5))),
-    "setresolution": ("3.0", settings.one_of("high", "low")),
-    "downvision": ("3.0", settings.checked((0, 1))),
-    "EXT": ("3.0", settings.extension),
+    "reboot": ("3.0", reboot),
+    "port": ("3.0", set_port),
+    "wifisetchannel": ("3.0", checked((1, 14))),
+    "multiwifi": ("3.0", network),
+    "setfps": ("3.0", one_of("high", "middle", "low")),
+    "setbitrate": ("3.0", checked((0, 5))),
+    "setresolution": ("3.0", one_of("high", "low")),
+    "downvision": ("3.0", checked((0, 1))),
+    "EXT": ("3.0", extension),
     "battery?": ("1.3", of_state(lambda state: str(state.bat))),
     "speed?": ("1.3", reading(speed)),
     "time?": ("1.3", reading(motor_time)),

@@ -9,7 +9,7 @@ from flockwire_core.domain.vector import Vector, add
 from flockwire_tello.state_string import TelloState
 from flockwire_tello.sticks import CENTRED, Sticks, to_body, to_velocity, to_world
 
-from flockwire_twins.tello.airframe import AirframeMotion, TelloAirframe, clockwise_degrees
+from flockwire_twins.tello.airframe import TelloAirframe, clockwise_degrees
 from flockwire_twins.tello.manoeuvres import HOVER, Landing, Legs, Manoeuvre, Pause, Setpoint, TakeOff, Turn
 from flockwire_twins.tello.parameters import Quirk, TelloParameters
 
@@ -120,10 +120,6 @@ class SimulatedFlight:
             agy=agy,
             agz=agz,
         )
-
-    def motion(self, now: int) -> AirframeMotion:
-        """Return its motion."""
-        return self.airframe.motion(now)
 
     def _control(self, now: int) -> bool:
         """Send the airframe the command of the manoeuvre or the sticks."""

@@ -24,8 +24,13 @@ class ServedTello:
         self._last = now
         self._tello = SimulatedTello(parameters_of(swarm, number), 0, chance)
         self._now = 0
-        self._motion = self._tello.flight.motion(0)
+        self._motion = self._tello.flight.airframe.motion(0)
         self._ground = swarm.drone(number).start[2]
+
+    @property
+    def airframe(self) -> ServedTello:
+        """What flies: its motion is that of the last `advance`."""
+        return self
 
     @property
     def position(self) -> Vector:
@@ -52,7 +57,7 @@ class ServedTello:
         """Advance to `now`."""
         self._now = self._time(now)
         self._tello.advance(self._now)
-        self._motion = self._tello.flight.motion(self._now)
+        self._motion = self._tello.flight.airframe.motion(self._now)
 
     def datagram(self, data: bytes, sender: Address, now: int) -> None:
         """Receive a datagram from its client."""

@@ -48,6 +48,10 @@ class _Asker:
     prefixes: list[str]  # of the repetitions that came before the reply
     reply: str | None = None  # the last one
 
+    def repeated_by(self, other: _Asker) -> bool:
+        """Return whether `other` asks the same; this one is numbered."""
+        return (self.address, self.number, self.text) == (other.address, other.number, other.text)
+
 
 class SimulatedTello:
     """One Tello at `now` (ns); `chance` draws from [0, 1) where a reply time or a loss is random.
@@ -84,23 +88,26 @@ class SimulatedTello:
         # bytes of a command, a longer one is ignored
         if now < self._silent_until or len(datagram) > 256 or self._lost():
             return
+        asker, earlier = self._asker(datagram, sender), self._numbered
+        self._examine(asker.text, sender)
+        if earlier is not None and earlier.repeated_by(asker):
+            self._repeat(earlier, asker, now)
+            return
+        if asker.text == "command":
+            self._enter(sender, now)
+        if self._client is None or not asker.text:
+            return
+        self._commanded_at = now
+        if asker.number:
+            self._numbered = asker
+        self._command(asker.text, asker, now)
+
+    def _asker(self, datagram: bytes, sender: Address) -> _Asker:
         text, number, prefix = datagram.decode("ascii", errors="replace").strip("\r\n\0 "), "", ""
         if self.parameters.generation != "1.3" and (numbered := NUMBERED.fullmatch(text)) is not None:
             number, repetition, text = numbered.groups()
             prefix = number + repetition
-        self._examine(text, sender)
-        asker, earlier = _Asker(sender, text, number, [prefix]), self._numbered
-        if number and earlier is not None and (earlier.address, earlier.number, earlier.text) == (sender, number, text):
-            self._repeat(earlier, asker, now)
-            return
-        if text == "command":
-            self._enter(sender, now)
-        if self._client is None or not text:
-            return
-        self._commanded_at = now
-        if number:
-            self._numbered = asker
-        self._command(text, asker, now)
+        return _Asker(sender, text, number, [prefix])
 
     def _examine(self, text: str, sender: Address) -> None:
         """Note a command that is no text; once for each sender in turn."""

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from flockwire_core.domain.time import SECOND
-from flockwire_mocap.natnet.encoding import encode, encode_frame, encode_model, encode_server_info
 from flockwire_mocap.natnet.packets import (
     DATA_PORT,
     ECHO,
@@ -23,6 +22,10 @@ from flockwire_mocap.natnet.packets import (
     Stamps,
     Version,
     can_adjust,
+    encode,
+    encode_frame,
+    encode_model,
+    encode_server_info,
 )
 from flockwire_mocap.natnet.parsing import parse_request
 from flockwire_mocap.tracking import TrackerFrame
@@ -74,10 +77,7 @@ class NatNetTwin:
         """Receive a client's datagram at `now`, ns; returns the answer, if there is one."""
         request = parse_request(datagram)
         if isinstance(request, Connect):
-            wanted = request.version
-            version = wanted if wanted is not None and self._supports(wanted) else self.options.version
-            self._clients[client] = _Client(version, now)
-            return encode_server_info(self._info(version))
+            return self._greet(request.version, client, now)
         if client in self._clients:
             self._clients[client].received_at = now
         if isinstance(request, Echo):
@@ -105,6 +105,11 @@ class NatNetTwin:
         for version in datagrams:
             datagrams[version] = encode_frame(_mocap_frame(frame), version)
         return [(datagrams[known.version], address) for address, known in self._clients.items()]
+
+    def _greet(self, wanted: Version | None, client: Address, now: int) -> bytes:
+        version = wanted if wanted is not None and self._supports(wanted) else self.options.version
+        self._clients[client] = _Client(version, now)
+        return encode_server_info(self._info(version))
 
     def _supports(self, version: Version) -> bool:
         return can_adjust(*self.options[:2]) and OLDEST <= version <= self.options.version

@@ -9,8 +9,7 @@ from collections.abc import Awaitable, Callable, Iterable
 from typing import Any
 
 from flockwire_mocap.tracking import TrackerFrame
-from flockwire_mocap.vrpn.connection import VrpnConnection
-from flockwire_mocap.vrpn.wire import PORT, PoseBody
+from flockwire_mocap.vrpn.connection import PORT, PoseBody, VrpnConnection
 
 from flockwire_twins.trackers.stream_server import StreamServer
 

@@ -88,12 +88,9 @@ class MotionResidual:
             return True
         if first < 2 or not self._was_steady(moved[:first]):
             return False
-        (x0, y0, z0), (x, y, z), dt = (
-            moved[first - 2].motion.position,
-            moved[first - 1].motion.position,
-            moved[first - 1].at - moved[first - 2].at,
-        )
-        dx, dy, dz = _beside(moved[first], moved[end], _rate(moved[first - 2], moved[first - 1]))
+        before, after = moved[first - 2], moved[first - 1]
+        (x0, y0, z0), (x, y, z), dt = before.motion.position, after.motion.position, after.at - before.at
+        dx, dy, dz = _beside(moved[first], moved[end], _rate(before, after))
         goes_on = hypot(dx + elapsed * (x - x0) / dt, dy + elapsed * (y - y0) / dt, dz + elapsed * (z - z0) / dt)
         return goes_on > UNMOVED + 0.2 * elapsed + GAIN_ERROR * hypot(dx, dy, dz)  # m/s that steady commands may lose
 

@@ -2,8 +2,9 @@
 
     u = v + K (a − e) (|a − e| + l) / |a − e|,   |u − v| <= v_max        (ours)
 
-a is the point AHEAD m along the way (tangent_graph.py), l the length of the rest, e the drone's error, all relative to
-the place, which moves at v. All bodies are discs where they will be, relative to the place, when the drone is there.
+a is the point AHEAD m along the first tangent of the way (tangent_graph.py), l the length of the rest, e the drone's
+error, all relative to the place, which moves at v. All bodies are discs where they will be, relative to the place, when
+the drone is there.
 """
 
 from __future__ import annotations
@@ -22,11 +23,11 @@ from flockwire_core.domain.motion import Motion
 from flockwire_core.domain.vector import ZERO, Vector, limit
 
 PERIOD: Final = 0.1  # s between two plans: a body moves by less than the spare distance
-AHEAD: Final = 0.25  # m along the way, the point that is flown to: beyond the motion of a period
+AHEAD: Final = 0.25  # m along the first tangent, the point that is flown to: beyond the motion of a period
 SPARE: Final = 0.03  # m beyond the kept distance: the filter must not slow down a drone on its way
 SLOW: Final = 0.25  # m/s against the place, below which a drone stands in the formation
 SOON: Final = 1.0  # s, at most, for which a motion is continued: then it has changed
-BERTH: Final = 0.12  # m more, where the way is hardly longer: near others the filter slows it down
+BERTH: Final = 0.12  # m more, where the way is hardly longer or a place is fast: there the filter slows it down
 LONGER: Final = 0.3  # m that this way may be longer
 RIGHT: Final = 0.1  # m by which a way to the left must be shorter: drones that meet head on choose alike
 SIDEWAYS: Final = 0.4  # of the speed limit, at which a place leaves the way of a body
@@ -47,6 +48,7 @@ class Planner:
 
     def __init__(self, guard: GuardParameters, gain: float, number: int) -> None:
         self._guard, self._gain = guard, gain
+        self._bend = (guard.slowness + 1.0 / guard.rate) / (2.0 * guard.rate)  # s^2, docs/theory.md, section 6
         self._planned = -PERIOD * ((number * 0.618) % 1.0)  # s, of the last plan
         self._known: list[Disc] = []  # the obstacles that it has seen, the centres in the world frame
         self._left: list[Disc] = []  # those of them that are out of sight
@@ -182,8 +184,11 @@ class Planner:
                 fixed += discs
                 continue
             x, y, along, least = *goal, (vx / speed, vy / speed), inf
+            slope = SIDEWAYS * self._guard.speed / speed
+            if not early:  # a mover is met earlier instead
+                bend = speed * speed * (1.0 + slope * slope) * self._bend
+                discs = [(cx, cy, r - SPARE + min(bend / r, BERTH)) for cx, cy, r in discs]  # noqa: PLW2901
             for side in (-1.0, 1.0):
-                slope = SIDEWAYS * self._guard.speed / speed
                 shift, most = lateral_shift((x + t * vx, y + t * vy), along, discs, side, slope, early * speed)
                 there = (x - side * most * along[1], y + side * most * along[0])
                 cost = most + dist(here, there) + (RIGHT if side > 0.0 else 0.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from heapq import heappop, heappush
-from math import atan2, cos, hypot, pi, sin, sqrt, tau
+from math import atan2, hypot, pi, sqrt, tau
 from typing import Final, NamedTuple
 
 from flockwire_core.control.free_place import Disc
@@ -16,10 +16,15 @@ TOUCH: Final = 1e-6  # m by which a way may enter a disc: rounding
 
 Edge = tuple[float, float, float, float, float, float]
 """Where a tangent leaves and arrives, x and y, m; its direction, a unit vector."""
+_Node = tuple[int, int, float, Edge]  # node before, disc, side, tangent that arrives
+_Step = tuple[float, float, int, int, float, float, Edge]  # f, g, node before, disc, side, arc, tangent
 
 
 class Way(NamedTuple):
-    """A shortest way: its length, m, the point `ahead` m along it, and whether it is straight."""
+    """A shortest way: its length, m, the point `ahead` m along its first tangent, and whether it is straight.
+
+    The point lies beyond the first disc, if that is nearer: a chord to a point on its arc would cut it.
+    """
 
     length: float
     ahead: Corner
@@ -92,58 +97,57 @@ def shortest_way(start: Corner, goal: Corner, discs: Sequence[Disc], ahead: floa
     arc before it, is tested when its turn comes. A way that first passes a disc on its left is longer by `right` m:
     drones that meet then choose alike. Start and goal must be outside the discs.
     """
-    count = len(discs)
-    (gx, gy), end = goal, (goal[0], goal[1], 0.0)
-    queue: list[tuple[float, float, int, int, float, float, Edge]] = []  # f, g, node before, disc, side, arc, tangent
+    targets = [(k, to, (x, y, to * r)) for k, (x, y, r) in enumerate(discs) for to in (1.0, -1.0)]
+    targets.append((len(discs), 0.0, (goal[0], goal[1], 0.0)))
+    queue: list[_Step] = []
     arrival: Edge = (start[0], start[1], start[0], start[1], 0.0, 0.0)
-    nodes = [(-1, -1, 0.0, 0.0, arrival)]  # settled: node before, disc, side, arc before, tangent; first the start
+    nodes: list[_Node] = [(-1, -1, 0.0, arrival)]  # settled; first the start
     closed: set[tuple[int, float]] = set()
-    last, at, g, here, side = 0, (start[0], start[1], 0.0), 0.0, -1, 0.0
+    at, g, here, side = (start[0], start[1], 0.0), 0.0, -1, 0.0
     while len(nodes) <= MOST_EXPANSIONS:
-        for k in range(count + 1):
-            for to in (1.0, -1.0) if k < count else (0.0,):
-                target = (discs[k][0], discs[k][1], to * discs[k][2]) if k < count else end
-                edge = tangent(at, target) if k != here and (k, to) not in closed else None
-                if edge is None:
-                    continue
-                turn = arc(side, arrival, edge) if here >= 0 else 0.0
-                if turn <= LONGEST_ARC:
-                    length = g + abs(at[2]) * turn + hypot(edge[2] - edge[0], edge[3] - edge[1])
-                    length += right if here < 0 and to < 0.0 else 0.0
-                    heappush(queue, (length + hypot(gx - edge[2], gy - edge[3]), length, last, k, to, turn, edge))
-        while queue:
-            _, g, before, k, to, turn, arrival = heappop(queue)
-            if (k, to) in closed:
+        for k, to, circle in targets:
+            edge = tangent(at, circle) if k != here and (k, to) not in closed else None
+            if edge is None:
                 continue
-            disc, sided, way_in = nodes[before][1], nodes[before][2], nodes[before][4]
-            if is_free(arrival, discs, disc, k) and (turn == 0.0 or _is_arc_free(disc, sided, way_in, turn, discs)):
-                break
-        else:
+            turn = arc(side, arrival, edge)
+            if turn <= LONGEST_ARC:
+                length = g + abs(at[2]) * turn + hypot(edge[2] - edge[0], edge[3] - edge[1])
+                length += right if here < 0 and to < 0.0 else 0.0
+                rest = hypot(goal[0] - edge[2], goal[1] - edge[3])
+                heappush(queue, (length + rest, length, len(nodes) - 1, k, to, turn, edge))
+        step = _next_step(queue, closed, nodes, discs)
+        if step is None:
             return None
-        nodes.append((before, k, to, turn, arrival))
-        closed.add((k, to))
-        if k == count:
-            return _found(nodes, discs, g, ahead)
-        last, here, side = len(nodes) - 1, k, to
-        at = (discs[k][0], discs[k][1], to * discs[k][2])
+        _, g, before, here, side, _, arrival = step
+        nodes.append((before, here, side, arrival))
+        if here == len(discs):
+            return _found(nodes, g, ahead)
+        closed.add((here, side))
+        at = (discs[here][0], discs[here][1], side * discs[here][2])
     return None
 
 
-def _found(nodes: list[tuple[int, int, float, float, Edge]], discs: Sequence[Disc], length: float, ahead: float) -> Way:
+def _next_step(
+    queue: list[_Step], closed: set[tuple[int, float]], nodes: list[_Node], discs: Sequence[Disc]
+) -> _Step | None:
+    """Take from the queue up to the first step that is free and leads to what is not settled."""
+    while queue:
+        step = heappop(queue)
+        _, _, before, k, to, turn, edge = step
+        _, disc, side, arrival = nodes[before]
+        if (k, to) in closed or not is_free(edge, discs, disc, k):
+            continue
+        if turn == 0.0 or _is_arc_free(disc, side, arrival, turn, discs):
+            return step
+    return None
+
+
+def _found(nodes: list[_Node], length: float, ahead: float) -> Way:
     """Return the way that ends at the last of the settled `nodes`."""
-    node, turn = nodes[-1], 0.0
+    node = nodes[-1]
     straight = node[0] == 0
     while node[0] > 0:
-        turn, node = node[3], nodes[node[0]]
-    _, k, side, _, (px, py, qx, qy, ux, uy) = node
-    first = hypot(qx - px, qy - py)
-    if straight or ahead <= first:
-        part = min(ahead, first)
-        return Way(length, (px + part * ux, py + part * uy), straight)
-    x, y, r = discs[k]
-    angle = side * min((ahead - first) / r, turn)
-    c, s, dx, dy = cos(angle), sin(angle), qx - x, qy - y
-    rest = max(ahead - first - r * turn, 0.0)  # then along the next tangent
-    return Way(
-        length, (x + c * dx - s * dy + rest * (c * ux - s * uy), y + s * dx + c * dy + rest * (s * ux + c * uy)), False
-    )
+        node = nodes[node[0]]
+    px, py, qx, qy, ux, uy = node[3]
+    part = min(ahead, hypot(qx - px, qy - py)) if straight else ahead
+    return Way(length, (px + part * ux, py + part * uy), straight)

@@ -78,13 +78,18 @@ def test_no_sampled_way_is_shorter(found: list[Disc]) -> None:
         assert way.is_straight == (way.length <= dist(START, GOAL) + 1e-9)
 
 
-@given(discs, st.floats(0.0, 3.0))
-def test_what_is_flown_to_is_outside_all_discs(found: list[Disc], ahead: float) -> None:
+@given(discs, st.floats(0.1, 3.0))
+def test_what_is_flown_to_shortens_the_way_by_as_much_as_is_flown(found: list[Disc], ahead: float) -> None:
     assume(is_free(START, found) and is_free(GOAL, found))
-    way = shortest_way(START, GOAL, found, ahead, 0.1)
-    if way is not None:
-        assert is_free(way.ahead, [(x, y, r - 1e-5) for x, y, r in found])
-        assert dist(START, way.ahead) <= ahead + 1e-9
+    way = shortest_way(START, GOAL, found, ahead, 0.0)
+    if way is None:
+        return
+    part = 0.001 / ahead
+    assert dist(START, way.ahead) == pytest.approx(ahead)
+    there = (START[0] + part * (way.ahead[0] - START[0]), START[1] + part * (way.ahead[1] - START[1]))
+    rest = shortest_way(there, GOAL, found, ahead, 0.0)
+    assert rest is not None
+    assert rest.length == pytest.approx(way.length - 0.001, abs=1e-5)
 
 
 @given(discs)

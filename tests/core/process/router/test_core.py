@@ -3,8 +3,8 @@
 import pytest
 from flockwire_core.domain.order import Stop
 from flockwire_core.domain.time import SECOND
+from flockwire_core.process.bystander import Bystander
 from flockwire_core.process.cores import Start, make_core
-from flockwire_core.process.router import RouterCore
 from flockwire_core.wire.keys import STOP
 
 NOW = 1_790_000_000 * SECOND
@@ -17,7 +17,7 @@ def core(make_plan):
 
 
 def test_the_process_table_names_this_core(core):
-    assert isinstance(core, RouterCore)
+    assert isinstance(core, Bystander)
 
 
 def test_it_publishes_nothing_whatever_it_receives(core):

@@ -11,7 +11,7 @@ from pathlib import Path
 from flockwire_analysis.reading import read_trace
 from flockwire_lab.flight import Flight
 from flockwire_lab.probe.attackers import Attacker
-from flockwire_operator.cli import sim
+from flockwire_operator.cli.flights import simulate
 from flockwire_operator.station import probe
 from flockwire_operator.station.operator import Operator
 from flockwire_operator.station.terminal.progress import progress
@@ -47,9 +47,9 @@ def test_a_terminal_without_a_cursor_and_a_file_show_nothing(terminal, monkeypat
 class Recorded:
     """Stands for the bar; `seen` has what it was to show."""
 
-    def __init__(self, monkeypatch, module):
+    def __init__(self, monkeypatch):
         self.seen = []
-        monkeypatch.setattr(module, "progress", self)
+        monkeypatch.setattr("flockwire_operator.station.terminal.progress.progress", self)
 
     def __call__(self, *_):
         return self
@@ -62,8 +62,8 @@ class Recorded:
 
 
 def test_a_virtual_flight_shows_each_second(make_plan, monkeypatch, capsys):
-    bar = Recorded(monkeypatch, sim)
-    sim.simulate(Flight(make_plan().swarm, 1, 3.0))
+    bar = Recorded(monkeypatch)
+    simulate(Flight(make_plan().swarm, 1, 3.0), verbose=False)
     assert bar.seen[:3] == [("1 s of flight", 1.0), ("2 s of flight", 2.0), ("3 s of flight", 3.0)]
 
 

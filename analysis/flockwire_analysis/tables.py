@@ -1,7 +1,9 @@
-"""A table for a paper, in LaTeX."""
+"""A table of cells as text, as CSV, and for a paper in LaTeX."""
 
 from __future__ import annotations
 
+import csv
+import io
 from collections.abc import Iterable, Sequence
 
 _WRITTEN = str.maketrans(
@@ -9,6 +11,22 @@ _WRITTEN = str.maketrans(
     | {"\\": r"\textbackslash{}", "^": r"\textasciicircum{}", "~": r"\textasciitilde{}"}
     | {"²": "$^2$", "\N{EN DASH}": "--"}
 )
+
+
+def aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return the lines of a table, whose first column is on the left."""
+    first, *others = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join([head.ljust(first), *(cell.rjust(width) for cell, width in zip(cells, others, strict=True))]).rstrip()
+        for head, *cells in rows
+    ]
+
+
+def commas(rows: Iterable[Iterable[object]]) -> str:
+    """Return a table as CSV."""
+    written = io.StringIO()
+    csv.writer(written, lineterminator="\n").writerows(rows)
+    return written.getvalue()
 
 
 def escape(text: str) -> str:
