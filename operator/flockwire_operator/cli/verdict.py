@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from flockwire_core.extras import lacking
 from flockwire_core.swarm.wording import printable
 
+from flockwire_operator.station.terminal.interrupts import LEFT_EARLY
 from flockwire_operator.station.terminal.progress import progress
 
 if TYPE_CHECKING:
@@ -20,11 +21,14 @@ if TYPE_CHECKING:
 def conclude(failure: str, out: Path, trace_due: bool = True, verbose: bool = False) -> int:
     """Write the report of the flight in `out`, print its figures, all if `verbose`, and verdict; returns the status.
 
-    A failure to read the trace or to write the report also fails the flight.
+    A failure to read the trace or to write the report also fails the flight. There is no report while the recorder
+    still writes.
     """
     trace = out / "trace.mcap"
     failures = [failure] if failure else []
-    if trace.exists():
+    if LEFT_EARLY in failure:
+        print(f"  no report yet; the trace grows: {trace}")
+    elif trace.exists():
         failures += _report(trace, out, verbose)
     elif trace_due:
         failures.append("there is no trace")

@@ -25,11 +25,11 @@ from flockwire_operator.station.operator import Operator
 from flockwire_operator.station.processes import Children, UnansweredError, running
 from flockwire_operator.station.restarts import Restarts
 from flockwire_operator.station.terminal.display import Display
-from flockwire_operator.station.terminal.interrupts import Interrupts, interrupts
+from flockwire_operator.station.terminal.interrupts import LEFT_EARLY, Interrupts, interrupts
 from flockwire_operator.station.terminal.keyboard import Keyboard, keys_pressed
 
-LEFT_TO_THEMSELVES = "left before the drones were known to be down: they land by themselves, the recorder ends last"
-LEFT = "left before the drones were known to be down; `flockwire land` lands them"
+LEFT_TO_THEMSELVES = f"{LEFT_EARLY}: they land by themselves, the recorder ends last; then `flockwire report`"
+LEFT = f"{LEFT_EARLY}; `flockwire land` lands them, `flockwire report` draws the trace"
 
 
 async def fly(
@@ -130,7 +130,7 @@ async def at_terminal(
         if director.stage is Stage.OVER:
             return director.failure
         if interrupted.count > 1:
-            return director.failure or left
+            return "; ".join(filter(None, (director.failure, left)))
         if died:
             operator.core.abort(died, now)
         if interrupted.count > handled:

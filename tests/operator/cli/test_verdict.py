@@ -4,6 +4,7 @@ import sys
 
 import pytest
 from flockwire_operator.cli.verdict import conclude
+from flockwire_operator.station.conduct import LEFT_TO_THEMSELVES
 from recorded_flights import Flight, record
 
 
@@ -15,6 +16,15 @@ def test_a_flight_that_was_ended_before_its_take_off_has_one_sentence_and_no_che
     printed = capsys.readouterr()
     assert "ok " not in printed.out
     assert printed.err.splitlines()[-1] == "flockwire: the flight failed: it ended before take-off"
+
+
+def test_a_trace_that_still_grows_is_not_judged(tmp_path, capsys):
+    record(tmp_path / "trace.mcap", begin=-0.5, end=0.5)
+    assert conclude(LEFT_TO_THEMSELVES, tmp_path) == 1
+    assert not (tmp_path / "report.html").exists()
+    printed = capsys.readouterr()
+    assert str(tmp_path / "trace.mcap") in printed.out
+    assert printed.err == f"flockwire: the flight failed: {LEFT_TO_THEMSELVES}\n"
 
 
 def test_a_report_that_cannot_be_drawn_does_not_hide_the_verdict(tmp_path, monkeypatch, capsys):

@@ -9,6 +9,8 @@ from collections.abc import Iterator
 
 from flockwire_core.runtime.ending import ending_signals
 
+LEFT_EARLY = "left before the drones were known to be down"  # at the second interrupt
+
 
 class Interrupts:
     """At the first the drones land; at the second `up` exits, and they land by themselves."""
