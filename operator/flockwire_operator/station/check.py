@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from math import ceil, inf, sqrt
+from pathlib import Path
 
 # One thread: the threads of numpy's library wait for each other in busy loops. If other processes use the cores, an
 # eigenvalue of 1000 drones takes twelve seconds instead of one. It is read at numpy's import.
@@ -21,6 +22,7 @@ from flockwire_core.parameters import guard_parameters, leader_time_constant
 from flockwire_core.swarm.airframes import AIRFRAMES, ByItself
 from flockwire_core.swarm.formation_rules import survey_of
 from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.swarm.reading import stat_file
 from flockwire_core.wire.plan import Plan, port_of
 
 from flockwire_operator.station.idle_options import idle
@@ -179,6 +181,7 @@ def warnings(swarm: Swarm) -> Iterator[str]:
     yield from _observer_warnings(swarm)
     yield from _wind_warnings(swarm)
     yield from _law_warnings(swarm)
+    yield from _replay_warnings(swarm)
     if swarm.control.law == "paper":
         yield from _compensation_warnings(swarm)
         yield from _trail_warnings(swarm)
@@ -223,6 +226,16 @@ def _law_warnings(swarm: Swarm) -> Iterator[str]:
             f"control.law = {swarm.control.law!r}: a step takes {1e3 * step:.0f} ms here, control.rate_hz = "
             f"{swarm.control.rate_hz} leaves {1e3 * period:g} ms: a real flight misses steps; virtual time does not"
         )
+
+
+def _replay_warnings(swarm: Swarm) -> Iterator[str]:
+    """Yield a warning if the gateway's trace is not on this machine."""
+    trace = swarm.gateway.replay.trace
+    try:
+        if swarm.gateway.source == "replay":
+            stat_file(Path(trace))
+    except OSError as error:
+        yield f"gateway.replay.trace = {trace!r}: {error.strerror} (the gateway reads it on its host, in its folder)"
 
 
 def _compensation_warnings(swarm: Swarm) -> Iterator[str]:

@@ -1,7 +1,9 @@
+import os
 from pathlib import Path
 
 import pytest
 from flockwire_core.loading import load_swarm
+from flockwire_core.swarm.reading import NO_FILE
 from flockwire_core.wire.plan import Plan
 from flockwire_operator.station.check import describe, warnings
 
@@ -43,6 +45,17 @@ def test_a_wind_that_drones_do_not_compensate_gives_a_warning(make_swarm):
     assert "the wind" not in warned(make_swarm(wind | {"control.disturbance": 1.0}))
     unfiltered = {"control.disturbance": 1.0, "control.law": "paper"}
     assert "control.disturbance is set but has no effect" in warned(make_swarm(wind | unfiltered))
+
+
+def test_a_trace_to_replay_that_is_no_file_here_gives_a_warning(make_swarm, tmp_path):
+    def replayed(trace):
+        return warned(make_swarm({"gateway": {"source": "replay", "replay": {"trace": str(trace)}}}))
+
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "file").touch()
+    assert f"gateway.replay.trace = '{tmp_path}/none': No such file or directory" in replayed(tmp_path / "none")
+    assert f"gateway.replay.trace = '{tmp_path}/pipe': {NO_FILE}" in replayed(tmp_path / "pipe")
+    assert "replay.trace" not in replayed(tmp_path / "file")
 
 
 def test_a_perfect_world_is_said_to_be_one(make_swarm):
