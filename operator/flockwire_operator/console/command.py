@@ -7,13 +7,17 @@ schemas. Its clients are read-only.
 from __future__ import annotations
 
 import asyncio
+import logging
 import secrets
 import sys
 from collections import Counter
-from contextlib import ExitStack, closing
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 
 from aiohttp import web
+from aiohttp.http_exceptions import HttpProcessingError
+from aiohttp.log import server_logger
 from flockwire_core import clock
 from flockwire_core.extras import remedy
 from flockwire_core.runtime.session import Session
@@ -81,6 +85,29 @@ UNSAFE = frozenset({  # the "bad ports" of https://fetch.spec.whatwg.org
 })  # fmt: skip
 
 
+MALFORMED = "{count} malformed requests were dropped"
+
+
+@contextmanager
+def malformed_counted() -> Iterator[None]:
+    """Count requests that are not HTTP during the context, and say how many they were, without their tracebacks."""
+    count = 0
+
+    def is_well_formed(record: logging.LogRecord) -> bool:
+        nonlocal count
+        malformed = record.exc_info is not None and isinstance(record.exc_info[1], HttpProcessingError)
+        count += malformed
+        return not malformed
+
+    server_logger.addFilter(is_well_formed)
+    try:
+        yield
+    finally:
+        server_logger.removeFilter(is_well_formed)
+        if count:
+            print(f"flockwire: warning: {MALFORMED.format(count=count)}", file=sys.stderr)
+
+
 async def serve(plan: Plan, keys: Path, address: str, port: int, foxglove: int | None = None) -> bool:
     """Serve the pages of a swarm at `address`, and Foxglove at the port `foxglove` of it, None: not at all.
 
@@ -101,6 +128,7 @@ async def serve(plan: Plan, keys: Path, address: str, port: int, foxglove: int |
         if foxglove is not None:
             viewers = stack.enter_context(closing(FoxgloveServer(plan, CONSOLE.kind, session, address, foxglove)))
         pages = Pages(plan, Operator(plan, session, CONSOLE.kind), token, address)
+        stack.enter_context(malformed_counted())
         runner = web.AppRunner(pages.application(), access_log=None)
         await runner.setup()
         try:

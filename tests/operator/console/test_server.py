@@ -181,6 +181,23 @@ def test_the_page_keeps_to_its_own_policy(swarm):
     assert "img-src 'self' data:" in policy
 
 
+@pytest.mark.parametrize("rest", [b"no header", b"A: " + b"x" * 20000, b"Content-Length: -1"])
+def test_a_request_that_is_not_http_is_dropped_and_counted(swarm, rest, capsys, caplog):
+    async def run():
+        async with serving(swarm) as (_, port):
+            reader, writer = await asyncio.open_connection("127.0.0.1", port)
+            writer.write(b"GET / HTTP/1.1\r\nHost: localhost\r\n" + rest + b"\r\n\r\n")
+            answer = await reader.read()
+            writer.close()
+            return answer
+
+    with command.malformed_counted():
+        answer = asyncio.run(run())
+    assert b" 400 " in answer.splitlines()[0]
+    assert caplog.text == ""
+    assert command.MALFORMED.format(count=1) in capsys.readouterr().err
+
+
 def test_a_port_that_browsers_refuse_is_warned_of(make_plan, monkeypatch, capsys, tmp_path):
     async def unanswered(*_):
         return None
