@@ -145,6 +145,11 @@ class Director:
         return self._known.order
 
     @property
+    def followed(self) -> Mission | None:
+        """The newest order if another station gave it, else None."""
+        return None if self._known.is_own else self.order
+
+    @property
     def ordered(self) -> str:
         """The verb of the newest order; empty before the first."""
         return self.order.verb if self.order is not None else ""

@@ -8,12 +8,14 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from flockwire_core import clock
 from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground import delivery, director
 from flockwire_core.ground.director import Stage
 from flockwire_core.runtime import session as sessions
 from flockwire_core.runtime.session import RouterAbsentError
+from flockwire_core.wire.keys import MISSION
 from flockwire_core.wire.phase import Phase
 from flockwire_operator.station import host as hosts
 from flockwire_operator.station import operator, processes
@@ -24,7 +26,7 @@ from flockwire_operator.station.host import Host, PortInUseError, alone
 from flockwire_operator.station.operator import Operator
 from flockwire_operator.station.processes import UnansweredError
 from flockwire_operator.station.restarts import MOST_AT_ONCE
-from flockwire_operator.station.terminal.display import Display
+from flockwire_operator.station.terminal.display import ELSEWHERE, Display
 from flockwire_operator.station.terminal.interrupts import Interrupts, interrupts
 from simulated_children import Processes
 from simulated_pilots import SimulatedSwarm, started
@@ -107,6 +109,15 @@ def test_a_flight_from_take_off_to_landing(fly, capsys):
     assert stages == ["in formation", "landing", "over"]
 
 
+def test_an_order_of_another_station_is_said(fly, capsys):
+    flight = fly(duration=0.0)
+    flight.at = {
+        Stage.FLYING: lambda: flight.swarm.publish([(MISSION, Mission(clock.now(), "world", "land", giver=7))])
+    }
+    assert flight.conduct() == ""
+    assert capsys.readouterr().out.count(ELSEWHERE.format(order="land")) == 1
+
+
 def test_the_first_interrupt_lands(fly):
     flight = fly(duration=0.0)
     flight.at = {Stage.FLYING: interrupt(flight)}
@@ -123,6 +134,20 @@ def test_at_the_second_it_leaves_and_is_not_well(fly):
 
     flight.at = {Stage.FLYING: interrupt_with_one_that_stays_up, Stage.LANDING: interrupt(flight)}
     assert flight.conduct() == LEFT_TO_THEMSELVES
+
+
+def test_it_also_leaves_early_after_a_failure(fly):
+    flight = fly(duration=0.0)
+
+    def lose_one():
+        flight.swarm["uav3"].stays = True
+        flight.children.dead.append("uav2")
+
+    def leave():
+        flight.interrupted.count = 2
+
+    flight.at = {Stage.FLYING: lose_one, Stage.LANDING: leave}
+    assert flight.conduct() == f"uav2 ended unexpectedly (signal SIGKILL); {LEFT_TO_THEMSELVES}"
 
 
 def test_a_dead_process_lands_the_others_and_is_the_failure(fly):

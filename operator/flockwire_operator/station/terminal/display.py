@@ -14,6 +14,7 @@ from functools import partial
 from pathlib import Path
 
 from flockwire_core import clock
+from flockwire_core.domain.order import Version
 from flockwire_core.domain.time import SECOND
 from flockwire_core.runtime.standard_streams import busy, later
 from flockwire_core.swarm.wording import printable
@@ -27,6 +28,7 @@ from flockwire_operator.station.terminal.keyboard import foreground, hint
 from flockwire_operator.station.terminal.table import Rates, draw
 
 REFRESH = SECOND // 4  # ns between two tables
+ELSEWHERE = "another station ordered: {order}"
 SERVING = "serving"  # the stage of a host that does not conduct the flight
 
 
@@ -40,6 +42,7 @@ class Display:
         self._headless = headless or self._console.is_dumb_terminal or not foreground(sys.stdout)
         self._live: Live | None = None
         self._stage = ""
+        self._followed: Version | None = None  # of the newest order of another station
         self._zero: int | None = None  # time 0 of the flight, Unix ns
         self._drawn = 0
 
@@ -78,6 +81,10 @@ class Display:
             self._drawn = now
             later(partial(self._draw, self._live, stage, dict(operator.statuses), now))
         self._stage = stage
+        followed = director.followed if director is not None else None
+        if followed is not None and followed.version != self._followed:
+            self._followed = followed.version
+            self.note(ELSEWHERE.format(order=f"{followed.verb} {followed.formation}".rstrip()))
 
     def _draw(self, live: Live, stage: str, statuses: dict[str, Status], now: int) -> None:
         time = "" if self._zero is None else f", t = {(now - self._zero) / SECOND:.0f} s"
