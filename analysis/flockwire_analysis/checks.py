@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.information import relays
+from flockwire_core.wire.status import APART, LAW_FAILED, LEFT_OUT
 
 from flockwire_analysis import gaps, outcomes
 from flockwire_analysis.conformance import deviations
@@ -31,8 +32,8 @@ def checks(trace: Trace, figures: Summary, no_places: str, no_formation: str) ->
     longest_off = largest([phase.longest_off_s for phase in figures.judged])
     idle = {
         "formation kept": longest_off is None,  # no follower settled: judged by another check
-        "contradictions": not trace.contradictions,
-        "laws that failed": not trace.failed_laws,
+        "contradictions": not _contradictions(trace),
+        "laws that failed": not trace.reasons[LAW_FAILED],
         "obstacle clearance": not trace.swarm.obstacles and figures.min_distance_obstacle_m is None,
         "separation": figures.drones < 2,
     }
@@ -61,9 +62,14 @@ def _in_flight(trace: Trace, figures: Summary, no_places: str) -> tuple[Check, .
         ),
         _at_most("fence", figures.max_outside_m, trace.swarm.checks.fence, "m", nowhere, "outside limits.fence"),
         _none("emergency stop", tuple(dict.fromkeys(stop.reason for stop in trace.stops))),
-        _none("laws that failed", trace.failed_laws),
-        _none("contradictions", trace.contradictions),
+        _none("laws that failed", trace.reasons[LAW_FAILED]),
+        _none("contradictions", _contradictions(trace)),
     )  # fmt: skip
+
+
+def _contradictions(trace: Trace) -> tuple[str, ...]:
+    """Return a sentence for each input that a pilot took for false."""
+    return (*trace.reasons[LEFT_OUT], *trace.reasons[APART])
 
 
 def _formation(trace: Trace, figures: Summary, longest_off: float | None, missing: str) -> tuple[Check, ...]:

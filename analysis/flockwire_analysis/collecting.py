@@ -14,7 +14,7 @@ from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import ROWS, Key
 from flockwire_core.wire.plan import Plan
-from flockwire_core.wire.status import APART, LAW_FAILED, LEFT_OUT, Status
+from flockwire_core.wire.status import APART, LAW_FAILED, LEFT_OUT, MOTORS_OFF, Status
 from flockwire_recorder.trace import count_lost, publication_time
 
 from flockwire_analysis.columns import Columns
@@ -25,6 +25,7 @@ from flockwire_analysis.series import Samples, movers_of, series_of, signals_of
 DAY: Final = 86_400 * 1_000_000_000  # ns
 FOREVER: Final = 1 << 61  # ns
 WATCHED = frozenset(kind for kind, row in ROWS.items() if row.message in (Mission, Stop, Bids, Status))
+REASONS: Final = (LAW_FAILED, LEFT_OUT, APART, MOTORS_OFF)  # codes of those that are judged
 FOLLOWED: Final = 20  # messages in succession that show that the clock was set by more than a day
 
 Name = TypeVar("Name", bound=Hashable)
@@ -64,8 +65,7 @@ class Collector:
         self._histories: dict[str, list[Observed]] = {identity: [] for identity in self.plan.pilots.values()}
         self._shown: dict[str, list[Shown]] = {}
         self._about: dict[str, tuple[object, ...]] = {}  # what the last status of a process told beside figures
-        self._failed_laws: dict[str, None] = {}
-        self._contradictions: dict[str, None] = {}
+        self._reasons: dict[str, dict[str, None]] = {code: {} for code in REASONS}
         self._begin = self._end = self._newest = 0
         self._recorded = self._malformed = self._strays = 0
 
@@ -150,8 +150,7 @@ class Collector:
         if (obeyed := message.report.mission) is not None:
             self._obeyed.add(obeyed.version)
         for reason in message.report.reasons:
-            if reason.code in (LAW_FAILED, LEFT_OUT, APART):
-                found = self._failed_laws if reason.code == LAW_FAILED else self._contradictions
+            if (found := self._reasons.get(reason.code)) is not None:
                 found[f"{message.identity}: {reason.text}"] = None
         append_change(self._shown.setdefault(message.identity, []), shown(message))
 
@@ -170,8 +169,7 @@ class Collector:
             tuple(self._vitals()),
             _fixed(self._histories),
             _fixed(self._shown),
-            tuple(self._failed_laws),
-            tuple(self._contradictions),
+            {code: tuple(found) for code, found in self._reasons.items()},
             self._begin, self._end, self._recorded,
             len(lost_orders) + self._lost(judged=True), self._lost(judged=False),
             self._malformed, closed, lost_bytes,

@@ -12,6 +12,7 @@ from flockwire_core.domain.time import SECOND
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.status import MOTORS_OFF
 
 from flockwire_analysis.observed import Shown
 from flockwire_analysis.phases import FormationPhase, at
@@ -94,7 +95,9 @@ def _losses(trace: Trace, number: int, end: int, down: int) -> Iterator[str]:
     telemetry = trace.of("telemetry", number)
     stopped = telemetry.stamps[telemetry.values[:, 0] == FlightState.STOPPED]
     if len(stopped) and not any(stop.stamp <= stopped[0] + SECOND for stop in trace.stops):
-        yield f"the motors of {uav(number)} stopped without an order at {at(trace, int(stopped[0]))}"
+        told = [text for _, _, text in (one.partition(": ") for one in trace.reasons[MOTORS_OFF])]
+        why = "".join(f": it {text.removeprefix(own)}" for text in told if text.startswith(own := f"{uav(number)} "))
+        yield f"the motors of {uav(number)} stopped without an order at {at(trace, int(stopped[0]))}{why}"
 
 
 def _up(trace: Trace, number: int) -> Iterator[str]:

@@ -52,9 +52,9 @@ class Trace:
     `series` has the messages of each key, `movers` what each drone sensed of moving bodies, by stamp, `missions` each
     mission that a pilot obeyed once, by stamp, `orders` the others too; `vitals` one entry for each publisher of a
     status, `histories` what pilots reported of phase and orders, `shown` the changes of what pages show of a process,
-    by identity, `failed_laws` a sentence for each error of a law, `contradictions` one for each input that a pilot took
-    for false; `held` which places followers held by auctions; `signals` what laws recorded, by follower and name,
-    `sizes` the bytes of each key's payloads.
+    by identity, `reasons` a sentence for each reason that a process gave, by code, of those that are judged; `held`
+    which places followers held by auctions; `signals` what laws recorded, by follower and name, `sizes` the bytes of
+    each key's payloads.
     `begin` and `end` are the first and the last log time (Unix ns). `lost` counts missing messages of topics that are
     not repeated, and missing orders that pilots obeyed; `lost_beside` those of optional processes alone; `malformed`
     the messages that could not be decoded. A trace that was not `closed` was read up to its last complete record;
@@ -72,8 +72,7 @@ class Trace:
     vitals: tuple[ProcessRecord, ...]
     histories: dict[str, tuple[Observed, ...]]
     shown: dict[str, tuple[Shown, ...]]
-    failed_laws: tuple[str, ...]
-    contradictions: tuple[str, ...]
+    reasons: dict[str, tuple[str, ...]]
     begin: int
     end: int
     recorded: int

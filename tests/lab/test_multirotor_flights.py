@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any
 
 import pytest
+from flockwire_analysis.summary import summarise
+from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.status import MOTORS_OFF
+from flockwire_lab.faults.file import parse_faults
+from flockwire_lab.flight import Flight, fly_in_memory
 from flockwire_twins.multirotor.airframe import CRASHED, TURNED_OVER
 from flockwire_twins.multirotor.swarm_file import MODELS
 
@@ -88,15 +94,16 @@ def test_three_kinds_of_airframes_fly_in_one_formation(fly: Callable[..., Any]) 
     [("cf2x_L250", TURNED_OVER), pytest.param("quad_1kg", CRASHED, marks=pytest.mark.long)],
 )
 def test_with_a_lost_rotor_one_falls_and_the_others_land_unhurt(
-    fly: Callable[..., Any], model: str, reason: str
+    make_plan: Callable[..., Plan], model: str, reason: str
 ) -> None:
     fault = {"at": 5.0, "kind": "wear", "drone": 3, "rotors": [1.0, 0.0, 1.0, 1.0]}
-    flown = fly(five(model, rotors=True), fault, duration=10.0)
-    status = [m.report.detail for _, m in flown.of("status", "kinematics")][-1]
-    assert f"uav3: {reason}" in status
-    assert [pose.position[2] for _, pose in flown.of("truth", "uav3")][-1] == 0.0
-    others = [f"uav{i}: {word}" for i in (0, 1, 2, 4) for word in (TURNED_OVER, CRASHED)]
-    assert not any(other in status for other in others)
+    plan = make_plan(five(model, rotors=True))
+    faults = parse_faults({"faults": [fault]}, plan, "test")
+    _, trace = fly_in_memory(Flight(plan.swarm, 0, 10.0, faults), lambda _: None)
+    assert trace.reasons[MOTORS_OFF] == (f"kinematics: uav3 {reason}",)
+    (lost,) = (check for check in summarise(trace).checks if check.name == "lost drones")
+    assert re.search(rf"the motors of uav3 stopped without an order at t = \S+ s: it {reason}", lost.sentence())
+    assert trace.positions(3).values[-1, 2] == pytest.approx(0.0, abs=0.01)
 
 
 @pytest.mark.long

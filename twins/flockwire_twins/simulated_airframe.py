@@ -43,9 +43,11 @@ class Body(Protocol):
 class WearingBody(Body, Protocol):
     """A body that may be worn, and tells of it."""
 
+    failure: str  # why it stopped its motors by itself, empty if it did not
+
     @property
     def remark(self) -> str:
-        """What is at its limit or has failed."""
+        """What is at its limit."""
 
     def wear(self, wear: Wear) -> None:
         """Set what is wrong with it, if its row `wears`."""

@@ -43,6 +43,7 @@ class FlyingBody:
         airborne = self.height > CONTACT and not standing
         self.state = FLYING if airborne else GROUNDED
         self.battery = 1.0
+        self.failure = ""  # why it stopped its motors by itself
         self._gain, self._endurance = parameters.gain, parameters.endurance
         self._dead_time, self._now = dead_time, now
         self._input, self._yaw_rate, self._change = ZERO, 0.0, ZERO
@@ -67,7 +68,7 @@ class FlyingBody:
 
     @property
     def remark(self) -> str:
-        """What is at its limit or has failed."""
+        """What is at its limit."""
         return ""
 
     def blow(self, wind: Wind) -> None:

@@ -19,7 +19,7 @@ from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import MISSION, STOP, Key
 from flockwire_core.wire.phase import Phase
-from flockwire_core.wire.status import Report
+from flockwire_core.wire.status import MOTORS_OFF, Reason, Report
 
 from flockwire_twins.simulated_airframe import Commanded, Served, SimulatedAirframe, Wear
 from flockwire_twins.wind import Wind
@@ -162,7 +162,12 @@ class KinematicsCore:
             f"{clipped} commands clipped" if clipped else "",
             *(f"{owner}: {remark}" for owner, one in self._commanded.items() if (remark := one.airframe.remark)),
         )
-        return Report(Phase.SIMULATING, ", ".join(detail for detail in details if detail))
+        failed = [
+            Reason(MOTORS_OFF, f"{owner} {failure}")
+            for owner, one in self._commanded.items()
+            if (failure := one.airframe.failure)
+        ]
+        return Report(Phase.SIMULATING, ", ".join(detail for detail in details if detail), reasons=tuple(failed))
 
     def _blow(self, wind: Blowing) -> None:
         for one in self._airframes.values():

@@ -28,8 +28,8 @@ from flockwire_twins.simulated_airframe import Wear
 
 CRASH: Final = 2.0  # m/s at which it does not survive to touch the ground
 STEEP: Final = 0.7  # least cosine of its tilt there
-TURNED_OVER: Final = "turned over: motors off"
-CRASHED: Final = "hit the ground: motors off"
+TURNED_OVER: Final = "turned over"
+CRASHED: Final = "hit the ground"
 
 
 class Multirotor(FlyingBody):
@@ -41,7 +41,6 @@ class Multirotor(FlyingBody):
     ) -> None:  # fmt: skip
         super().__init__(parameters, 0, position, now, ground, standing)
         self.vehicle = make_vehicle(p)
-        self.failure = ""  # what stopped its motors
         self._dt, self._step, self._yaw, self._lag = p.step_s, nanoseconds(p.step_s), yaw, 0.0
         self._followed = self._changed = ZERO  # the command behind the lag, m/s, and how it changes, m/s²
         self._lifted = self.state is not GROUNDED
@@ -61,10 +60,9 @@ class Multirotor(FlyingBody):
 
     @property
     def remark(self) -> str:
-        """What is at its limit or has failed."""
+        """What is at its limit."""
         limited = ((self.vehicle.tilt_limited, "tilt"), (self.vehicle.thrust_limited, "thrust"))
-        steps = [f"{count} steps at the limit of {what}" for count, what in limited if count]
-        return ", ".join([*([self.failure] if self.failure else []), *steps])
+        return ", ".join([f"{count} steps at the limit of {what}" for count, what in limited if count])
 
     def _fly(self, until: int) -> None:
         while self._now + self._step <= until:
