@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -210,3 +211,12 @@ def test_the_command_writes_the_page_beside_the_trace(flockwire, tmp_path, write
     assert flockwire("view", tmp_path / "trace.mcap").returncode == 0
     assert (tmp_path / "replay.html").exists()
     assert "must end with .html" in refused(flockwire("view", tmp_path / "trace.mcap", "--out", tmp_path / "page.txt"))
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")
+def test_a_full_disk_is_said_with_the_page(flockwire, tmp_path, write_flight):
+    write_flight(tmp_path / "trace.mcap", begin=-0.3, end=0.5)
+    (tmp_path / "page.html").symlink_to("/dev/full")
+    done = flockwire("view", tmp_path / "trace.mcap", "--out", tmp_path / "page.html")
+    assert done.returncode == 2
+    assert f"flockwire: {tmp_path}/page.html: No space left on device" in done.stderr

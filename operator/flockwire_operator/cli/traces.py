@@ -43,7 +43,7 @@ def report(
 
     folder = out or trace.parent
     with progress("reads the trace, draws its figures"):
-        summary = _trace(lambda: write_report(trace, folder, pdf))
+        summary = _trace(folder, lambda: write_report(trace, folder, pdf))
     failures = print_figures(summary)
     print(f"  report: {folder / 'report.html'}")
     if failures:
@@ -71,7 +71,7 @@ def view(
         return write_replay(found, summarise(found), file)
 
     with progress("reads the trace"):
-        print(_trace(write))
+        print(_trace(file, write))
 
 
 @app.command()
@@ -91,7 +91,7 @@ def animate(
     if file.suffix not in (".gif", ".mp4"):
         refuse(f"--out = {file}: must end with .gif or .mp4")
     with progress("reads the trace, draws its frames"):
-        print(_trace(lambda: write(_read(trace), file, seconds, view, width)))
+        print(_trace(file, lambda: write(_read(trace), file, seconds, view, width)))
 
 
 @app.command()
@@ -105,7 +105,7 @@ def recover(
     target = out or trace.with_name(f"{trace.stem}-recovered.mcap")
     if target.exists():
         refuse(f"--out = {target}: exists; name a new file")
-    found = _trace(lambda: make_whole(trace, target))
+    found = _trace(target, lambda: make_whole(trace, target))
     print(f"flockwire: {found.messages} messages recovered into {target}")
 
 
@@ -119,7 +119,8 @@ def export(
     from flockwire_analysis.export import write_csv, write_parquet  # noqa: PLC0415  (numpy)
 
     write = write_csv if form is Form.CSV else write_parquet
-    for path in _trace(lambda: write(_read(trace), out or trace.parent / "tables")):
+    folder = out or trace.parent / "tables"
+    for path in _trace(folder, lambda: write(_read(trace), folder)):
         print(path)
 
 
@@ -135,7 +136,7 @@ def compare(
     from flockwire_analysis.summary import summarise  # noqa: PLC0415
 
     files = [_flights_of(one) for one in flights]
-    traces = _trace(lambda: [{name: _read(path) for name, path in one.items()} for one in files])
+    traces = _trace(out, lambda: [{name: _read(path) for name, path in one.items()} for one in files])
     names = _names(flights)
     groups = groups_of(names, [{name: summarise(trace) for name, trace in one.items()} for one in traces])
     rows = comparison(groups)
@@ -150,7 +151,7 @@ def compare(
     if len(names) > MOST:
         print(f"flockwire: no figures: they can show {MOST} flights or groups, not {len(names)}", file=sys.stderr)
         return
-    for path in _trace(lambda: draw([list(one.values()) for one in traces], names, out)):
+    for path in _trace(out, lambda: draw([list(one.values()) for one in traces], names, out)):
         print(path)
 
 
@@ -188,11 +189,11 @@ def _read(path: Path) -> Any:  # noqa: ANN401  (a Trace; its package is large)
     return found
 
 
-def _trace(work: Any) -> Any:  # noqa: ANN401  (it passes through whatever `work` returns)
-    """Do `work` on a trace; a bad trace, or a file that cannot be read or written, ends the program."""
+def _trace(into: Path, work: Any) -> Any:  # noqa: ANN401  (it passes through whatever `work` returns)
+    """Do `work` on a trace; a bad trace, or a file that cannot be read or written `into` a place, ends the program."""
     try:
         return work()
     except OSError as error:
-        refuse(f"{error.filename}: {error.strerror}" if error.filename and error.strerror else str(error))
+        refuse(f"{error.filename or into}: {error.strerror}" if error.strerror else str(error))
     except ValueError as error:
         refuse(str(error))
