@@ -29,7 +29,7 @@ from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.swarm.tables import Parameters
 from flockwire_core.swarm.validation import Problem, problems_of
-from flockwire_core.swarm.wording import shown
+from flockwire_core.swarm.wording import meant, shown
 from flockwire_core.wire.information import declared as declared_by
 from flockwire_core.wire.information import information_of, relays, speakers
 from flockwire_core.wire.law_form import FormError, LawForm, law_form, packed
@@ -52,6 +52,9 @@ def load_law(law: str) -> type[Law]:
     try:
         found = load_object(law)
     except FAILURES as error:  # importing a user's module may raise anything
+        file, _, name = law.rpartition(":")
+        if isinstance(error, AttributeError) and error.name == name:
+            raise LawError(f"{file} has no {name}{meant(name, dir(error.obj))}") from error
         raise LawError(f"cannot import it: {raised(error)}") from error
     if not isinstance(found, type) or not callable(getattr(found, "step", None)):
         raise LawError("must be a class with a method step(observation)")

@@ -196,7 +196,7 @@ def test_whole_numbers_and_numbers_of_numpy_are_floats(vector: Any) -> None:
     [
         ("fast", f"must be one of {sorted(BUILT_IN)} or your own class"),
         ("no_such_module:Law", "cannot import it: ModuleNotFoundError"),
-        ("math:NoLaw", "cannot import it: AttributeError"),
+        ("math:sqr", "math has no sqr; did you mean 'sqrt'?"),
         ("math:pi", "must be a class with a method step"),
     ],
 )
@@ -340,6 +340,14 @@ def test_a_law_whose_file_exits_is_refused(check_law: Callable[..., tuple[int, s
     status, _, errors = check_law(GOOD, imports="raise SystemExit(0)")
     assert status == 2
     assert "cannot import it: SystemExit: 0 (mine.py:" in errors
+
+
+def test_a_class_that_its_file_has_not_is_named_as_the_user_wrote_it(
+    check_law: Callable[..., tuple[int, str, str]], tmp_path: Path
+) -> None:
+    status, _, errors = check_law(GOOD, law="mine.py:Lwa")
+    assert status == 2
+    assert f"{tmp_path}/mine.py has no Lwa; did you mean 'Law'?" in errors
 
 
 def test_a_law_file_hides_no_module(check_law: Callable[..., tuple[int, str, str]], tmp_path: Path) -> None:
