@@ -25,7 +25,7 @@ def screen(terminal):
 
 def show(plan, stages):
     """Show a flight that goes through `stages`."""
-    director = SimpleNamespace(stage=Stage.PREPARING, formation_start=None)
+    director = SimpleNamespace(stage=Stage.PREPARING, formation_start=None, followed=None)
     operator = SimpleNamespace(statuses={})
     operator.core = SimpleNamespace(director=director)
     display = Display(plan, plan.started, headless=False)
@@ -60,9 +60,11 @@ def test_a_terminal_that_is_paused_blocks_no_process_and_gets_one_table_when_it_
     monkeypatch.setenv("TERM", "xterm")
     termios.tcflow(screen[1], termios.TCOOFF)
     with redirect_stdout(screen[2]), unblocked():
-        show(make_plan(), 20 * [Stage.FLYING])
-        assert busy()
-        termios.tcflow(screen[1], termios.TCOON)
+        try:
+            show(make_plan(), 20 * [Stage.FLYING])
+            assert busy()
+        finally:
+            termios.tcflow(screen[1], termios.TCOON)
     os.write(screen[1], b"the end")
     text = text_until(screen[0], "the end")
     assert text.count("a note") == 20
