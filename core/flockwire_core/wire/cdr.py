@@ -23,7 +23,8 @@ MOST_LONG: Final = 0xFFFF_FFFF_FFFF_FFFF
 _HEADER: Final = int.from_bytes(HEADER, "little")
 _SIZES: Final = {code: calcsize(f"<{code}") for code in "BHiIqQdf"}  # of the numbers that messages hold
 _PADDING: Final = tuple([bytes(count) for count in range(8)])
-_RECENT: Final = 1_500_000_000  # s, Unix: what mypyc multiplies without an object is below 2^30
+# s, Unix: mypyc multiplies numbers from 0 below 2^30 without an object; with one, an interrupt there ends the process.
+_RECENT: Final = 1_073_741_824
 
 
 class MessageError(ValueError):
@@ -198,6 +199,8 @@ class Reader:
         rest: int = read_i32_le(self._data, at + 4)
         if not 0 <= rest < SECOND:
             raise MessageError(f"{rest & MOST} ns are more than a second")
+        if seconds < _RECENT:
+            return seconds * SECOND + rest
         return (seconds - _RECENT) * SECOND + _RECENT * SECOND + rest
 
     def text(self) -> str:

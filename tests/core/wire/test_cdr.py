@@ -1,4 +1,7 @@
+import signal
+
 import pytest
+from flockwire_core.domain.time import SECOND
 from flockwire_core.wire.cdr import HEADER, LONGEST_SEQUENCE, MessageError, Reader, Writer
 from hypothesis import given
 from hypothesis import strategies as st
@@ -64,3 +67,21 @@ def test_only_padding_may_be_left_over(rest, sound):
     else:
         with pytest.raises(MessageError, match="left over"):
             reader.end()
+
+
+@pytest.mark.parametrize(
+    "stamp", [0, 1, 2**30 * SECOND - 1, 2**30 * SECOND, 1_790_000_000 * SECOND, 2**31 * SECOND - 1]
+)
+def test_an_interrupt_within_the_reading_of_a_time_is_an_exception(stamp):
+    writer = Writer()
+    writer.time(stamp)
+    data, before = writer.finish(), signal.signal(signal.SIGALRM, signal.default_int_handler)
+    try:
+        for _ in range(20):
+            with pytest.raises(KeyboardInterrupt):
+                signal.setitimer(signal.ITIMER_REAL, 0.0005)
+                while True:
+                    assert Reader(data).time() == stamp
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
