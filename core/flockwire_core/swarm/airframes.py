@@ -80,7 +80,7 @@ TELLO = AirframeRow(
     live_checks=("link", "firmware", "serial", "IMU"),
     identified="flockwire_tello.swarm_file:identified",
     turns=True,
-    command="flockwire_twins.tello.server:tello_sim",
+    command="flockwire_twins.tello.command:tello_sim",
 )
 
 AIRFRAMES = (KINEMATICS, MULTIROTOR, TELLO)

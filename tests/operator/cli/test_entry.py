@@ -37,6 +37,10 @@ def test_an_urgent_order_and_a_process_load_little(verb):
     assert not loaded(verb) & HEAVY
 
 
+def test_the_help_of_a_command_opens_no_network():
+    assert not loaded("sim") & {"zenoh", "numpy", "flockwire_twins.tello.server"}
+
+
 def test_help_of_a_process_is_as_wide_as_the_terminal_says(monkeypatch):
     wide = {}
     for columns in ("50", "120"):
