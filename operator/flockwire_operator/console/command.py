@@ -49,7 +49,7 @@ class FoxgloveServer:
         try:
             self._server = foxglove.start_server(name=plan.swarm.name, host=address, port=port, context=context)
         except RuntimeError as error:
-            reason = str(error).removeprefix("InputError: ")
+            reason = str(error).removeprefix("FoxgloveError: ")  # the SDK's
             raise InputError(f"--foxglove = {port}: cannot listen at {address}:{port}: {reason}") from None
         self.port = self._server.port
         self._rejected: Counter[str] = Counter()
@@ -111,8 +111,8 @@ def malformed_counted() -> Iterator[None]:
 async def serve(plan: Plan, keys: Path, address: str, port: int, foxglove: int | None = None) -> bool:
     """Serve the pages of a swarm at `address`, and Foxglove at the port `foxglove` of it, None: not at all.
 
-    Returns False if it was interrupted before the router answered. Raises OSError if the port cannot be opened,
-    CredentialsError, InputError.
+    Returns False if it was interrupted before the router answered. Raises OSError if the port cannot be opened, and
+    InputError.
     """
     poll = 0.1  # s
     if port in UNSAFE:

@@ -106,7 +106,9 @@ def test_a_port_in_use_is_named(make_plan):
         taken.bind((LOOPBACK, 0))
         taken.listen()
         port = taken.getsockname()[1]
-        with pytest.raises(InputError, match=rf"^--foxglove = {port}: cannot listen at {LOOPBACK}:{port}: .*in use"):
+        with pytest.raises(
+            InputError, match=rf"^--foxglove = {port}: cannot listen at {LOOPBACK}:{port}: Failed to bind.*in use"
+        ):
             FoxgloveServer(make_plan(), "console", BufferedSession(), LOOPBACK, port)
 
 
