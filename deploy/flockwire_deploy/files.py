@@ -68,7 +68,7 @@ def _imported(folder: Path) -> dict[str, Path]:
     """Return the files in `folder` that this process has imported, but for those installed there, and their data."""
     files = (Path(one).resolve() for each in [*sys.modules.values()] if (one := getattr(each, "__file__", None)))
     own = [path for path in files if path.is_relative_to(folder) and "site-packages" not in path.parts]
-    named = [one for path in own for one in path.parent.glob(f"{path.stem}.*")]
+    named = [one for path in own for one in path.parent.glob(f"{path.stem}.*") if one.is_file()]
     return {path.relative_to(folder).as_posix(): path for path in named}
 
 
