@@ -18,9 +18,9 @@ from flockwire_core.own_law import law_check
 from flockwire_core.wire.plan import Plan
 
 from flockwire_operator.cli.arguments import AsJson, Keys, SwarmFile
-from flockwire_operator.cli.inputs import load, refuse, refused
+from flockwire_operator.cli.inputs import finite, load, refuse, refused
 from flockwire_operator.station.folders import keys_folder, renew_keys
-from flockwire_operator.station.initial import write_swarm
+from flockwire_operator.station.initial import write_law, write_swarm
 
 if TYPE_CHECKING:
     from flockwire_operator.station.conversion import Track
@@ -39,8 +39,6 @@ class Target(StrEnum):
 @app.command()
 def new(name: Annotated[str, typer.Argument(metavar="NAME", help="The law's name, such as my_law.")]) -> None:
     """Write a first law of your own, its swarm file and its test into this folder."""
-    from flockwire_operator.station.initial import write_law  # noqa: PLC0415
-
     if not (name.isascii() and name.isidentifier() and name[0].isalpha()) or iskeyword(name):
         refuse(f"NAME = {name}: must be a name in Python, of letters, digits and _, such as my_law")
     if name in sys.stdlib_module_names or name in packages_distributions():
@@ -76,7 +74,9 @@ def init(
 @app.command()
 def check(
     swarm: SwarmFile,
-    duration: Annotated[float, typer.Option(min=0.0, help="Seconds of flight to predict; 0: no end.")] = 40.0,
+    duration: Annotated[
+        float, typer.Option(min=0.0, callback=finite, help="Seconds of flight to predict; 0: no end.")
+    ] = 40.0,
     live: Annotated[bool, typer.Option("--live", help="Check instead whether the running swarm may take off.")] = False,
     keys: Keys = None,
     as_json: AsJson = False,

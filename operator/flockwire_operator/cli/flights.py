@@ -16,12 +16,12 @@ from flockwire_core.wire.plan import Plan
 from flockwire_operator.cli.arguments import FaultsFile, Keys, SwarmFile, Verbose, Without, left_out
 from flockwire_operator.cli.inputs import (
     faults_of,
+    finite,
     load,
     made_keys,
     own_folder,
     refuse,
     refuse_a_second_trace,
-    refuse_endless,
     refuse_unused,
     refused,
     this_host,
@@ -40,7 +40,9 @@ NO_TRACE = "--out = {out}: there is no trace of this flight; does the recorder r
 @app.command()
 def up(
     swarm: SwarmFile,
-    duration: Annotated[float, typer.Option(min=0.0, help="Seconds from take-off to landing; 0: until Ctrl-C.")] = 40.0,
+    duration: Annotated[
+        float, typer.Option(min=0.0, callback=finite, help="Seconds from take-off to landing; 0: until Ctrl-C.")
+    ] = 40.0,
     out: Annotated[Path | None, typer.Option(help="Folder for trace, report and logs [runs/NAME-TIME].")] = None,
     headless: Annotated[bool, typer.Option("--headless", help="No live table.")] = False,
     keys: Keys = None,
@@ -55,7 +57,6 @@ def up(
     from flockwire_operator.station.fault_injection import refusal  # noqa: PLC0415
     from flockwire_operator.station.host import Host  # noqa: PLC0415
 
-    refuse_endless(duration)
     plan = load(swarm)
     loaded = plan.swarm
     wrong = faults_of(faults, plan)
@@ -78,7 +79,9 @@ def up(
 @app.command()
 def conduct(
     swarm: SwarmFile,
-    duration: Annotated[float, typer.Option(min=0.0, help="Seconds from take-off to landing; 0: until Ctrl-C.")] = 40.0,
+    duration: Annotated[
+        float, typer.Option(min=0.0, callback=finite, help="Seconds from take-off to landing; 0: until Ctrl-C.")
+    ] = 40.0,
     out: Annotated[
         Path | None, typer.Option(help="The folder of the recorder's dated folders; the newest gets the report.")
     ] = None,
@@ -92,7 +95,6 @@ def conduct(
     from flockwire_operator.cli.verdict import conclude, verdict  # noqa: PLC0415
     from flockwire_operator.station import conduct as conducting  # noqa: PLC0415
 
-    refuse_endless(duration)
     plan = load(swarm)
     warn_of(plan.swarm)
     before = newest_size(out) if out is not None else None
@@ -108,7 +110,7 @@ def conduct(
 def sim(
     swarm: SwarmFile,
     seed: Annotated[int, typer.Option(min=0, help="Random seed; equal seeds give equal flights.")] = 0,
-    duration: Annotated[float, typer.Option(min=1.0, help="Seconds from take-off to landing.")] = 40.0,
+    duration: Annotated[float, typer.Option(min=1.0, callback=finite, help="Seconds from take-off to landing.")] = 40.0,
     out: Annotated[Path | None, typer.Option(help="Folder for trace and report [runs/NAME-sim-SEED-TIME].")] = None,
     faults: FaultsFile = None,
     no_trace: Annotated[bool, typer.Option("--no-trace", help="Print the figures only; write no files.")] = False,
@@ -119,7 +121,6 @@ def sim(
     from flockwire_lab.faults.injection import refusal  # noqa: PLC0415
     from flockwire_lab.flight import Flight  # noqa: PLC0415
 
-    refuse_endless(duration)
     plan = Plan(load(swarm).swarm.in_simulation())
     loaded = plan.swarm
     wrong = faults_of(faults, plan)
@@ -189,7 +190,9 @@ def study(
     ] = None,
     runs: Annotated[int | None, typer.Option(min=1, help="Flights at each grid point [100].")] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of the whole study [0].")] = None,
-    duration: Annotated[float | None, typer.Option(min=1.0, help="Seconds of each flight [20].")] = None,
+    duration: Annotated[
+        float | None, typer.Option(min=1.0, callback=finite, help="Seconds of each flight [20].")
+    ] = None,
     random_starts: Annotated[
         str | None, typer.Option(metavar="WxD", help="Random starts in a box in m, like 6x6.")
     ] = None,
@@ -253,7 +256,7 @@ def compare_laws(
     ] = None,
     runs: Annotated[int, typer.Option(min=1, help="Flights of each law.")] = 20,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the whole comparison.")] = 0,
-    duration: Annotated[float, typer.Option(min=1.0, help="Seconds of each flight.")] = 20.0,
+    duration: Annotated[float, typer.Option(min=1.0, callback=finite, help="Seconds of each flight.")] = 20.0,
     random_starts: Annotated[
         str | None, typer.Option(metavar="WxD", help="Random starts in a box in m, like 6x6.")
     ] = None,
@@ -262,7 +265,6 @@ def compare_laws(
     """Fly several laws from the same starts in virtual time; write one table as text, CSV, LaTeX and PDF."""
     from flockwire_operator.cli import study as studies  # noqa: PLC0415  (numpy)
 
-    refuse_endless(duration)
     folder = out or Path("runs") / f"{load(swarm).swarm.name}-laws-{clock.local():%Y%m%d-%H%M%S}"
     with refused(folder):
         options = studies.options_of(runs, seed, duration, random_starts)

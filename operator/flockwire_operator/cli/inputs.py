@@ -57,10 +57,11 @@ def this_host(swarm: Swarm, host: str | None) -> str:
     return host or next(iter(swarm.hosts))
 
 
-def refuse_endless(duration: float) -> None:
-    """Refuse a --duration that is not a number of seconds."""
-    if not isfinite(duration):
+def finite(duration: float | None) -> float | None:
+    """Return the value of --duration; refuse one that is not a number of seconds."""
+    if duration is not None and not isfinite(duration):
         refuse(f"--duration = {duration}: must be a finite number of seconds")
+    return duration
 
 
 def refuse_unused(what: str, options: Mapping[str, object]) -> None:

@@ -132,7 +132,8 @@ def test_a_flight_of_endless_duration_is_refused_before_anything_starts(flockwir
 
 
 def test_virtual_flights_of_endless_duration_are_refused(flockwire, tmp_path):
-    for command in (("sim", PAPER), ("compare-laws", PAPER, "consensus", "--out", tmp_path / "out")):
+    compared = ("compare-laws", PAPER, "consensus", "--out", tmp_path / "out")
+    for command in (("sim", PAPER), compared, ("check", PAPER), ("study", PAPER, "--replay", PAPER)):
         assert "must be a finite number of seconds" in refused_usage(flockwire(*command, "--duration", "inf"))
 
 
