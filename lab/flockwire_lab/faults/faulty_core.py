@@ -38,6 +38,11 @@ class FaultyCore:
         swarm = plan.swarm
         self._highest = airborne + max((swarm.drone(i).start[2] for i in swarm.flying), default=0.0)
         self._walking = frozenset(map(uav, swarm.walking))
+        self._edits: dict[Key, list[Fault]] = {}  # what edits the messages of a key
+        for fault in faults:
+            for kind in fault.edits:
+                for drone in {*fault.named_drones().values()}:
+                    self._edits.setdefault(Key(kind, uav(drone)), []).append(fault)
         self.triggers, self.prompt, self.period = core.triggers, core.prompt, core.period
 
     def receive(self, key: Key, message: Message, now: int) -> None:
@@ -88,25 +93,28 @@ class FaultyCore:
                 return None if key.owner in self._walking else message.stamp
         return None
 
-    def _active(self, at: int) -> list[tuple[Fault, float]]:
-        """Return the faults that act at `at` (Unix ns), each with the s since it began."""
+    def _active(self, faults: Sequence[Fault], at: int) -> list[tuple[Fault, float]]:
+        """Return those of `faults` that act at `at` (Unix ns), each with the s since it began."""
         if self._took_off is None:
             return []
         t = (at - self._took_off) / SECOND
-        return [(fault, t - fault.at) for fault in self._faults if 0.0 <= t - fault.at < fault.lasts]
+        return [(fault, t - fault.at) for fault in faults if 0.0 <= t - fault.at < fault.lasts]
 
     def _edited(self, key: Key, message: Message, at: int) -> Message | None:
         """Return `message` as the faults that act at `at` (Unix ns) make it; None: it is lost."""
-        edited: Any = message  # of the kind that the fault edits
-        for fault, since in self._active(at):
-            if edited is not None and key.kind in fault.edits and key.owner in map(uav, fault.named_drones().values()):
+        if key not in self._edits:
+            return message
+        edited: Any = message  # of the kind that the faults edit
+        for fault, since in self._active(self._edits[key], at):
+            if edited is not None:
                 edited = fault.edit(edited, since, at)
         return cast("Message | None", edited)
 
     def _change(self, at: int) -> None:
         """Set the conditions of what the core simulates to those at `at` (Unix ns)."""
         if self._usual is not None:
-            self._stand_in.conditions = reduce(lambda c, one: one[0].change(c, one[1]), self._active(at), self._usual)
+            active = self._active(self._faults, at)
+            self._stand_in.conditions = reduce(lambda c, one: one[0].change(c, one[1]), active, self._usual)
 
 
 class FaultyFramedCore(FaultyCore):
