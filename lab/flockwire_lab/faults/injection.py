@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from flockwire_core.domain.time import nanoseconds
+from flockwire_core.swarm.wording import InputError
 from flockwire_core.wire.plan import Plan
 
+from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.faults.kinds import ClockStep, Cut, Fault, Freeze, Kill, LinkChange, Partition, Restart
 from flockwire_lab.network import Conditions, VirtualLink
 from flockwire_lab.process import VirtualProcess
@@ -22,6 +25,14 @@ def refusal(faults: tuple[Fault, ...], plan: Plan) -> str:
         for place, fault in enumerate(faults)
         if isinstance(fault, Kill | Freeze | Restart | ClockStep) and fault.process in plan.routers
     )
+
+
+def possible_faults(table: dict[str, Any], plan: Plan, origin: str, *file: type[Any]) -> tuple[Any, ...]:
+    """Return the faults of `table` as `parse_faults` does; raises InputError also for those that `refusal` names."""
+    faults = parse_faults(table, plan, origin, *file)
+    if cannot := refusal(faults, plan):
+        raise InputError("\n".join(f"{origin}: {line}" for line in cannot.split("\n")))
+    return faults
 
 
 class FaultInjector:

@@ -1,7 +1,8 @@
 """Faults as data: one class for each kind, with what it does to a core that it wraps. file.py reads them from a file.
 
-A kind whose `cores` are not empty edits what these cores receive and send, and changes the conditions of simulated
-cameras and airframes (faulty_core.py). All others act on processes and links from outside (fault_injection.py).
+A kind whose `cores` are not empty changes what these cores do (faulty_core.py): it edits its drones' messages of the
+kinds `edits`, or the conditions of simulated cameras and airframes. All others act on processes
+and links (injection.py).
 `flockwire sim` supports every kind, `flockwire up` all that are not `sim_only`, and no loss or reordering of a link.
 """
 

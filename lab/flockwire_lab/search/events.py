@@ -9,13 +9,11 @@ from typing import Annotated, Any, Literal
 from flockwire_core.domain.time import nanoseconds
 from flockwire_core.ground.order import Order
 from flockwire_core.swarm.tables import Items, Model, NotNegative, Positive
-from flockwire_core.swarm.wording import InputError
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import CONSOLE, DRIVER, KINEMATICS, OPERATOR
 from pydantic import Field
 
-from flockwire_lab.faults.file import parse_faults
-from flockwire_lab.faults.injection import refusal
+from flockwire_lab.faults.injection import possible_faults
 from flockwire_lab.faults.kinds import ClockStep, Fault, FaultKind, Freeze
 from flockwire_lab.search.record import Recorder
 from flockwire_lab.world import World
@@ -70,11 +68,9 @@ class _File(Model):
 
 def parse_events(tables: list[dict[str, Any]], plan: Plan, origin: str) -> tuple[tuple[Fault, ...], tuple[Event, ...]]:
     """Return the faults for the world, and the events; raises InputError for bad ones."""
-    listed = parse_faults({"faults": tables}, plan, origin, _File)
+    listed = possible_faults({"faults": tables}, plan, origin, _File)
     events = tuple(one for one in listed if isinstance(one, Event))
     faults = tuple(one for one in listed if not isinstance(one, Event))
-    if cannot := refusal(faults, plan):
-        raise InputError("\n".join(f"{origin}: {line}" for line in cannot.split("\n")))
     return faults, events
 
 

@@ -18,8 +18,7 @@ from flockwire_core.swarm.wording import InputError
 from flockwire_core.wire.plan import Plan
 from pydantic import JsonValue
 
-from flockwire_lab.faults.file import parse_faults
-from flockwire_lab.faults.injection import refusal
+from flockwire_lab.faults.injection import possible_faults
 from flockwire_lab.faults.kinds import Fault
 from flockwire_lab.study.file import Draw, GridPoint, RandomGraph, Starts, Study
 
@@ -130,10 +129,7 @@ def _put(table: Table, key: str, value: JsonValue) -> None:
 
 
 def _faults(table: Table, swarm: Swarm, origin: str) -> tuple[Fault, ...]:
-    faults = parse_faults(table, wiring := Plan(swarm.in_simulation()), origin)
-    if cannot := refusal(faults, wiring):
-        raise InputError("\n".join(f"{origin}: {line}" for line in cannot.split("\n")))
-    return faults
+    return possible_faults(table, Plan(swarm.in_simulation()), origin)
 
 
 def _chance(seed: int, what: str) -> Random:
