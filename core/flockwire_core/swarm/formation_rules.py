@@ -24,13 +24,13 @@ def survey_of(swarm: Swarm, name: str = "", duration: float = SURVEY_HORIZON) ->
 
     They are those of its first `duration` s, at least SURVEY_HORIZON, or of all its key frames.
     """
-    return _survey(swarm.formation_table(name), len(swarm.followers), duration)
+    return _survey(swarm.formation_table(name), len(swarm.followers), max(SURVEY_HORIZON, duration))
 
 
 @lru_cache(maxsize=64)
 def _survey(table: FormationTable, count: int, duration: float) -> Survey:
     formation = table.build(count)
-    horizon = max(SURVEY_HORIZON, duration, formation.end if isinstance(formation, KeyFrames) else 0.0)
+    horizon = max(duration, formation.end if isinstance(formation, KeyFrames) else 0.0)
     return survey(formation, horizon, 1 + min(ceil(horizon / 0.3), MOST_SAMPLES))  # s, a step
 
 
