@@ -95,8 +95,8 @@ def _losses(trace: Trace, number: int, end: int, down: int) -> Iterator[str]:
     telemetry = trace.of("telemetry", number)
     stopped = telemetry.stamps[telemetry.values[:, 0] == FlightState.STOPPED]
     if len(stopped) and not any(stop.stamp <= stopped[0] + SECOND for stop in trace.stops):
-        told = [text for _, _, text in (one.partition(": ") for one in trace.reasons[MOTORS_OFF])]
-        why = "".join(f": it {text.removeprefix(own)}" for text in told if text.startswith(own := f"{uav(number)} "))
+        own = f": {uav(number)} "  # behind the process that told it
+        why = "".join(f": it {told.partition(own)[2]}" for told in trace.reasons[MOTORS_OFF] if own in told)
         yield f"the motors of {uav(number)} stopped without an order at {at(trace, int(stopped[0]))}{why}"
 
 

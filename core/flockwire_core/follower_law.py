@@ -11,8 +11,10 @@ from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm
 
 PATIENCE = 5.0  # s, of a law in another process where time waits for it
-OURS = (  # files that call a law
+OURS = (  # files that call or import a law
     "flockwire_agent/guarded_law.py",
+    "flockwire_leader/lead_messages.py",
+    "importlib/__init__.py",
     *(f"flockwire_core/{name}.py" for name in ("own_law", "law", "objects", "follower_law", "wire/law_form")),
 )
 MOST_FRAMES = 4  # of an error

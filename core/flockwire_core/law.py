@@ -312,7 +312,7 @@ def check_decision(decision: object) -> Vector:
 
 
 def _check_signals(signals: Mapping[Any, Any]) -> None:
-    """Raise ValueError for signals that a trace cannot keep."""
+    """Raise ValueError or TypeError for signals that a trace cannot keep."""
     if not isinstance(signals, Mapping):
         raise TypeError(f"signals = {signals!r}: must be numbers by name, a dict")
     if len(signals) > MOST_SIGNALS:

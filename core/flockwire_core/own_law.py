@@ -145,7 +145,7 @@ def _knows_positions(declared: Information) -> bool:
 
 
 def law_failures(swarm: Swarm) -> Iterator[Problem]:
-    """Make the law of every follower, and take dry steps with it, to find errors before a flight."""
+    """Let the law lead once, make that of every follower, take dry steps with it: to find errors before a flight."""
     declared = information_of(swarm)
     form = law_form(declared)
     if not swarm.control.own_law:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
-from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector
 from flockwire_core.pilot.leadership import LeaderSign
 from flockwire_core.pilot.moving_point import MovingPoint
 from flockwire_core.pilot.orders import Orders
+from flockwire_core.pilot.phases import age
 from flockwire_core.process.cores import Ground
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
@@ -61,7 +61,7 @@ class TrackedLeader(GroundedLeader):
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Publish that it leads, while the tracker sees the body."""
         pose = self._pose
-        if pose is None or (now - pose.stamp) / SECOND > self._limit:
+        if pose is None or age(pose.stamp, now) > self._limit:
             return []
         return self._leading(pose.position, pose.stamp, now)
 
@@ -70,7 +70,7 @@ class TrackedLeader(GroundedLeader):
         pose, unseen = self._pose, f"the tracker has not seen its body {self._body!r}"
         if pose is None:
             return self._report(Phase.POSE_LOST, None, now, f"{unseen} yet")
-        silence = (now - pose.stamp) / SECOND
+        silence = age(pose.stamp, now)
         if silence <= self._limit:
             return self._report(Phase.TRACKED, pose.position, now, age=silence)
         return self._report(Phase.POSE_LOST, pose.position, now, f"{unseen} for {silence:.1f} s", silence)

@@ -6,9 +6,9 @@ from flockwire_core.domain.order import Mission, Version
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground.fleet import Fleet
 from flockwire_core.pilot.orders import rank
+from flockwire_core.wire.status import NO_MISSION
 
 PATIENCE = 4 * SECOND  # ns for an order that a pilot obeys to be in the log, too: longer than a network's delay
-EMPTY = Mission(0, "", "")  # the log without an order
 UNKNOWN = "a hold or a landing"  # one that another order has replaced since
 
 
@@ -24,7 +24,7 @@ class KnownOrders:
         self.started: Mission | None = None  # the newest of those that fly a formation
         self.since = asked
         self._giver, self._asked, self._last = giver, asked, 0
-        self._log: Mission | None = None  # as read last, EMPTY without an order; None before the first reading
+        self._log: Mission | None = None  # as read last, NO_MISSION without an order; None before the first reading
         self._made_from: Version | None = None  # the order in force when the own one was made
         self._unclear: dict[int, int] = {}  # drones whose pilots obey an order that is not in the log, since when
 
@@ -42,7 +42,7 @@ class KnownOrders:
         age = fleet.order_age
         if age is None:
             return ""
-        was, self._log = self._log, fleet.mission() or EMPTY
+        was, self._log = self._log, fleet.mission() or NO_MISSION
         log = self._log
         if was is not None:
             return self._news(log, was)

@@ -9,10 +9,22 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import AfterValidator, Field
 
 from flockwire_core.swarm.ros import AbsoluteName, Domain, RouterAddress, is_absolute
-from flockwire_core.swarm.tables import Delay, Finite, Form, GroupIp4, HostIp4, Items, Model, Point, Positive, Size, key
+from flockwire_core.swarm.tables import (
+    Delay,
+    Finite,
+    Form,
+    GroupIp4,
+    HostIp4,
+    Items,
+    Model,
+    Point,
+    Positive,
+    Share,
+    Size,
+    key,
+)
 
 Port = Annotated[int, Field(ge=1, le=65535)]
-Share = Annotated[float, Field(ge=0, lt=1, allow_inf_nan=False)]
 UpAxis = Literal["y", "z"]
 Unit = Literal["m", "mm"]
 Noise = Annotated[float, Field(ge=0, le=0.5, allow_inf_nan=False)]  # m; more is millimetres

@@ -102,9 +102,9 @@ def _law(swarm: Swarm) -> Iterator[Problem]:
 
 
 def _graph(swarm: Swarm) -> Iterator[Problem]:
-    edges = swarm.graph.edges
-    broken = edge_problems(swarm.followers, swarm.leaders, edges)
-    problems = [Problem(f"graph.edges.{place}", rule, shown(edges[place][:2])) for place, rule in broken]
+    links = swarm.graph.edges
+    broken = edge_problems(swarm.followers, swarm.leaders, links)
+    problems = [Problem(f"graph.edges.{place}", rule, shown(links[place][:2])) for place, rule in broken]
     yield from problems
     if swarm.leaders and not problems and (lost := swarm.topology.unreachable()):
         names = ", ".join(map(uav, lost))

@@ -29,7 +29,7 @@ class Link(Enum):
 
 
 class Member(NamedTuple):
-    """One process of a swarm: its identity (certificate, log, status) and the drone that it serves, None if none."""
+    """One process, or an owner of keys: its identity (certificate, log, status) and its drone, None if it has none."""
 
     identity: str
     drone: int | None = None

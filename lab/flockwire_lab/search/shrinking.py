@@ -69,8 +69,8 @@ def _without(table: Table, drone: int) -> Table:
     table = deepcopy(table)
     table["drones"] = [one for one in table["drones"] if one["id"] != drone]
     edges = {(a, b): [a, b, *rest] for a, b, *rest in table["graph"]["edges"]}
-    for (a, to), (by, b) in product([*edges], repeat=2):
-        if to == drone == by:
-            edges.setdefault((a, b), [a, b])
+    before, after = ([edge for edge in edges if edge[end] == drone] for end in (1, 0))
+    for (a, _), (_, b) in product(before, after):
+        edges.setdefault((a, b), [a, b])
     table["graph"]["edges"] = [edge for (a, b), edge in edges.items() if drone not in (a, b) and a != b]
     return table

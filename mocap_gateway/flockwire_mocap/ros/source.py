@@ -116,7 +116,7 @@ class RosSource(StreamedSource):
         return ReportedBody(number, name, one.position, one.orientation, tracked=True)
 
     def _unused(self, name: str, one: NamedPose, sender: str) -> str:
-        """Return why a report is not used; empty if it is."""
+        """Return why a report is not used; empty if it may be, by its name and stamp."""
         newest = self._reports.get(name)
         if not _NAME.fullmatch(name):
             return "poses of a name that ROS does not have"

@@ -230,10 +230,11 @@ def _law_warnings(swarm: Swarm) -> Iterator[str]:
 
 def _replay_warnings(swarm: Swarm) -> Iterator[str]:
     """Yield a warning if the gateway's trace is not on this machine."""
+    if swarm.gateway.source != "replay":
+        return
     trace = swarm.gateway.replay.trace
     try:
-        if swarm.gateway.source == "replay":
-            stat_file(Path(trace))
+        stat_file(Path(trace))
     except OSError as error:
         yield f"gateway.replay.trace = {trace!r}: {error.strerror} (the gateway reads it on its host, in its folder)"
 

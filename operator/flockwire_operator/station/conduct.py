@@ -115,7 +115,7 @@ async def at_terminal(
 ) -> str:
     """Run `operator` with keys, interrupts and the table until the flight ends; returns why it failed, or empty.
 
-    The first interrupt lands; at the second it returns, with the reason `left`. If another host conducts, it returns at
+    The first interrupt lands; at the second it returns, and `left` is a reason. If another host conducts, it returns at
     the first. `beside` is called at each turn with the time, Unix ns; it returns a reason to end the flight, or empty.
     """
     handled, died = 0, ""
