@@ -204,8 +204,8 @@ class Pilot:
         self, now: int, pause: int, silence: float, leader_down: bool, missing: int, failure: bool
     ) -> list[float]:
         """Return the values of the INPUTS at `now` (Unix ns), in their order."""
-        mission, telemetry = self.flight.mission, self._telemetry
-        place, seen = self._body.place, self._body.seen
+        mission, telemetry, last = self.flight.mission, self._telemetry, self._body.last
+        place, seen = (last.position, last.stamp) if last is not None else (None, 0)
         self._down_since = began(self._down_since, leader_down and self._follows(), now)
         pose_age, telemetry_age, state = age(seen, now), age(telemetry.stamp, now), telemetry.state
         low = place is not None and place[2] <= self._parameters.ground + 0.1  # m above the ground: it may stand there
