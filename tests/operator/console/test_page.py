@@ -71,7 +71,7 @@ def test_no_trail_is_drawn_across_missing_pictures_or_positions(make_plan, tmp_p
         async with serving(SimulatedSwarm(make_plan())) as (pages, port), browser(tmp_path / "profile") as page:
             await page.open(f"http://127.0.0.1:{port}/#{TOKEN}")
             await page.until(f"picture && {STATE}.textContent === 'connected'")
-            pages._show = lambda _: None
+            await page.value("socket.onmessage = null")
             drone = {"phase": "hold", "detail": "", "battery": 1, "error": -1, "formation": None, "place": None}
             shown = [(0.0, 0.0, 1.0), (1.0, 0.0, 1.0), None, (2.0, 1.0, 1.0), "late", (3.0, 1.0, 1.0)]
             await page.value("trails.clear()")
@@ -97,7 +97,7 @@ def test_a_zoomed_map_stays_while_pictures_arrive_until_the_drones_are_asked_for
             await page.resize(1280, 800, False)
             await page.open(f"http://127.0.0.1:{port}/#{TOKEN}")
             await page.until(f"picture && {STATE}.textContent === 'connected'")
-            pages._show = lambda _: None
+            await page.value("socket.onmessage = null")
             drone = {"phase": "hold", "detail": "", "battery": 1, "error": -1, "formation": None, "place": None}
 
             async def shown(x):
