@@ -158,13 +158,16 @@ class RosNode(AbstractContextManager["RosNode"]):
 async def join(place: Place, ended: asyncio.Event, absent: Callable[[str], None]) -> RosNode | None:
     """Return the node at `place` when the router answers, None if `ended` is first.
 
-    `absent` gets the reason after each failed attempt.
+    `absent` gets the reason after a failed attempt, but once while it stays the same.
     """
+    why = ""
     while not ended.is_set():
         try:
             return await asyncio.to_thread(RosNode, place)
         except RosRouterAbsentError as error:
-            absent(str(error))
+            if str(error) != why:
+                why = str(error)
+                absent(why)
         try:
             await asyncio.wait_for(ended.wait(), PAUSE)
         except TimeoutError:

@@ -74,14 +74,8 @@ def play(plan: Plan, trace: Path, pace: float) -> None:
 
 async def _play(plan: Plan, replay: Replay, pace: float) -> None:
     waits = remedy(plan.swarm)
-    told: set[str] = set()
-
-    def absent(why: str) -> None:
-        if why not in told:
-            told.add(why)
-            print(f"flockwire: {waits} ({why})", flush=True)
-
-    node = await join(place_of(plan.swarm, NAME), asyncio.Event(), absent)
+    ended = asyncio.Event()
+    node = await join(place_of(plan.swarm, NAME), ended, lambda why: print(f"flockwire: {waits} ({why})", flush=True))
     if node is not None:
         with node:
             await _publish(plan, replay, pace, node)

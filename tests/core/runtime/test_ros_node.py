@@ -13,7 +13,9 @@ from flockwire_core.ros.messages import trigger_response
 from flockwire_core.runtime import ros_node
 from flockwire_core.runtime.ros_ends import CAPACITY, LARGEST, MOST_REQUESTS, RosServices
 from flockwire_core.runtime.ros_node import Place, RosNode, RosRouterAbsentError, join
+from flockwire_core.swarm.gateway import RosPoses
 from flockwire_core.wire.inbox import ATTACHMENT
+from flockwire_twins.trackers.ros import NO_ROUTER, RosServer
 from ros_graph import bare, free_port, router
 from waiting import wait_until
 
@@ -226,6 +228,24 @@ def test_a_node_joins_when_its_router_comes(monkeypatch: pytest.MonkeyPatch) -> 
             with node:
                 assert node.linked
         assert "Unable to connect" in said[0]
+        assert len(said) == len(set(said))
+
+
+def test_a_tracker_s_twin_says_that_no_router_answers(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(ros_node, "PATIENCE", 50)
+    address = f"127.0.0.1:{free_port()}"
+
+    async def alone() -> None:
+        server = RosServer(["uav0"], RosPoses(router=address))
+        await server.open()
+        while not caplog.messages:
+            await asyncio.sleep(0.02)
+        server.close()
+
+    asyncio.run(alone())
+    assert caplog.messages[0].startswith(NO_ROUTER.format(router=address, why="Unable to connect").removesuffix(")"))
 
     asyncio.run(late())
 

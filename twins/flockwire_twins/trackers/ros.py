@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 from collections.abc import Iterable
 
 from flockwire_core.domain.pose import Pose
@@ -16,6 +17,7 @@ from flockwire_core.wire.processes import TRACKER
 from flockwire_mocap.tracking import TrackerFrame
 
 FRAME = "tracker"
+NO_ROUTER = "gateway.ros.router = {router!r}: no router answers, nothing is published; start rmw_zenohd there ({why})"
 NOT_SEEN = (float("nan"),) * 3, (0.0, 0.0, 0.0, 1.0)
 
 
@@ -52,9 +54,12 @@ class RosServer:
             if output is not None:
                 output.publish(encode(Pose(frame.captured, FRAME, *pose)))
 
+    def _absent(self, why: str) -> None:
+        logging.getLogger(TRACKER.kind).warning(NO_ROUTER.format(router=self._table.router, why=why))
+
     async def _join(self) -> None:
         place = Place(self._table.router, False, self._table.domain, "/", TRACKER.kind.replace("-", "_"))
-        node = await join(place, self._ended, lambda _: None)
+        node = await join(place, self._ended, self._absent)
         if node is None:
             return
         if self._ended.is_set():
