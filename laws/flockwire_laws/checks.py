@@ -6,7 +6,9 @@ at time 0, by number. It returns problems, notes, and rates in 1/s by name.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -35,6 +37,9 @@ TOO_FAST = "control.parameters.alpha = {:g}: must be below lambda_2 = {:.3g} 1/s
 TOO_LONG = "control.parameters.alpha = {:g}: a round has the spectral radius {:.3g}, must be below 1: lower alpha"
 COINCIDE = "formation: the places of drones {} and {} coincide, and have no bearing: move one"
 AVERAGES = "control.rate_hz above {:.3g} keeps each step an average"
+NO_WALLS = "without control.parameters.arena only the safety filter keeps the flock inside limits.fence"
+TOO_NEAR = "formation: the places of drones {} and {} are {:.3g} m apart, below r_min = {:g}: neither gets there"
+UNHEARD = "{} of {} pairs of drones do not hear of each other's plans: only the safety filter keeps these apart"
 NEAR = "all at last within {:.3g} m of the average (norm over all drones)"
 
 
@@ -61,6 +66,25 @@ def flocking(law: Law, graph: Graph, places: Places, parameters: Given) -> Check
     gains = law.Parameters.of(parameters)
     problems = _short(law, 1.2 * gains.distance * gains.scale)
     return problems, [], {"centre": _slowest(gains.c1, gains.c2)}
+
+
+def vasarhelyi(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:
+    """Check the radius: s r_frict, and the distance in which two at v_max towards each other can stop."""
+    c = law.Parameters.of(parameters)
+    r_frict, _, _, p, a = c.frict
+    p, a, v = p * c.speed / c.length, a * c.speed**2 / c.length, 2.0 * c.speed * c.v_max
+    notes = [] if c.arena else [NO_WALLS]
+    return _short(law, c.length * r_frict + (v / p if v < a / p else (v * v + a * a / p / p) / (2.0 * a))), notes, {}
+
+
+def dmpc(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:
+    """Check that places are r_min apart in the plane; note who is not avoided."""
+    least, pairs = law.Parameters.of(parameters).r_min, list(combinations(sorted(places), 2))
+    apart = {(i, j): math.dist(places[i][:2], places[j][:2]) for i, j in pairs}
+    heard = {(j, i) for j, i, _ in graph.edges}
+    unheard = sum(not {pair, pair[::-1]} <= heard for pair in pairs)
+    notes = [UNHEARD.format(unheard, len(pairs))] if unheard else []
+    return [TOO_NEAR.format(i, j, far, least) for (i, j), far in apart.items() if far < least], notes, {}
 
 
 def bearing(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:

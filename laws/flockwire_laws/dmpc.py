@@ -7,9 +7,9 @@ predictive control", IEEE Robotics and Automation Letters 4(2), 2019. Every plan
     n'(p[k_c] − p_j[k_c]) >= r_min + e_j,   e_j <= 0,   n = (p[k_c] − p_j[k_c])/|.|   for all j within 3 r_min there
 
 with p[k+1] = p[k] + h v[k] + h^2/2 a[k], K = 15, h = 0.2 s; k_c is the first k at which the last predictions come
-nearer than r_min. Position p, r_min (m), velocity v (m/s), a (m/s^2); the goal is the place. Q is 1e4 within 1 m of the
-goal, else 1e3, S = 10, R = 1; with a collision Q = 1000, S = 100. A plan is of the state predicted for its deadline,
-0.1 s on, when it counts; each sends its K positions. No theorem: least distances 0.95 to 1.06 r_min. In the plane.
+nearer than r_min. Position p, r_min (m), v (m/s), a (m/s^2); the goal is the place. Q is 1e4 within 1 m of the goal,
+else 1e3, S = 10, R = 1; with a collision Q = 1000, S = 100. A plan is of the state predicted for its deadline, 0.1 s on
+(it counts then); each sends its K positions. No theorem: least distances 0.95 to 1.06 r_min. In the plane.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from flockwire_core import law as fw
 
+from flockwire_laws import checks
 from flockwire_laws.dmpc_program import REACH, TIMES, Plan, sample, shifted, solve
 from flockwire_laws.relative import size
 
@@ -46,6 +47,7 @@ class Dmpc:
         own=fw.STATE, output=fw.Output.ACCELERATION, message=Predicted, planar=True, deadline=DEADLINE
     )
     Parameters = Constants
+    check = classmethod(checks.dmpc)
 
     def __init__(self, settings: fw.LawSettings) -> None:
         self._constants, self._sent = Constants.of(settings.parameters), 0
@@ -68,13 +70,11 @@ class Dmpc:
         place, last = observation.place, observation.plan
         if place is None or observation.position is None or observation.velocity is None:
             return None
-        a = sample(last, observation.now) if last else np.zeros(2)
-        v = np.array(observation.velocity)[:2]
+        a, v = sample(last, observation.now) if last else np.zeros(2), np.array(observation.velocity)[:2]
         p, v = np.array(observation.position)[:2] + DEADLINE * v + DEADLINE**2 / 2 * a, v + DEADLINE * a
-        start = observation.now + round(DEADLINE * fw.SECOND)
-        free = p + np.outer(TIMES, v)
+        start, free = observation.now + round(DEADLINE * fw.SECOND), p + np.outer(TIMES, v)
         own = shifted(last.positions, last.start, start) if last else free
         others = [shifted(np.array(one.content.points), one.stamp, start) for one in observation.heard]
-        goal = np.array(place.offset(observation.t))[:2]
-        accelerations = solve(self._constants.a_max, self._constants.r_min, free, goal, a, own, others)
+        goal, c = np.array(place.offset(observation.t))[:2], self._constants
+        accelerations = solve(c.a_max, c.r_min, free, goal, a, own, others)
         return Plan(start, accelerations, free + REACH @ accelerations)

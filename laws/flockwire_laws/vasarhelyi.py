@@ -20,6 +20,7 @@ from __future__ import annotations
 import numpy as np
 from flockwire_core import law as fw
 
+from flockwire_laws import checks
 from flockwire_laws.arena import Point, braking, walls
 from flockwire_laws.relative import size
 
@@ -42,6 +43,7 @@ class Vasarhelyi:
 
     information = fw.Information(around=fw.STATE, radius=8.0, own=fw.STATE, planar=True)
     Parameters = Constants
+    check = classmethod(checks.vasarhelyi)
 
     def __init__(self, settings: fw.LawSettings) -> None:
         self._constants = Constants.of(settings.parameters)

@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 from flockwire_core.law import SECOND, Heard, Observation
+from flockwire_laws import checks
 from flockwire_laws.dmpc import Dmpc, Predicted
 from flockwire_laws.dmpc_program import solve
-from law_flights import Flight, both, place, settings
+from law_flights import Flight, both, graph, place, settings
 from scipy.optimize import minimize
 
 CORNERS = {1: (-1.5, -1.5, 1.0), 2: (1.5, -1.5, 1.0), 3: (1.5, 1.5, 1.0), 4: (-1.5, 1.5, 1.0)}
@@ -79,3 +80,10 @@ def test_four_change_corners_crosswise(lag):
     assert gaps.min() > 0.9 * 0.5
     assert np.linalg.norm(flown[-1] - np.array(list(goals.values())), axis=1).max() < 0.02
     assert all(len(plan[2].accelerations) == 15 for plan in flight.plans.values())
+
+
+def test_places_nearer_than_r_min_and_pairs_without_plans_are_named():
+    assert Dmpc.check(graph(CORNERS, ALL), CORNERS, {}) == ([], [], {})
+    problems, notes, _ = Dmpc.check(graph(CORNERS, ALL[2:]), CORNERS | {2: (-1.5, -1.1, 1.9)}, {})
+    assert problems == [checks.TOO_NEAR.format(1, 2, 0.4, 0.5)]
+    assert notes == [checks.UNHEARD.format(1, 6)]

@@ -1,12 +1,13 @@
 import numpy as np
 import pytest
 from flockwire_core.law import Observation, Sense
+from flockwire_laws import checks
 from flockwire_laws.arena import braking
 from flockwire_laws.vasarhelyi import Vasarhelyi
 from hypothesis import given
 from hypothesis import settings as tries
 from hypothesis import strategies as st
-from law_flights import Flight, place, settings, sight
+from law_flights import Flight, graph, place, settings, sight
 
 STATE = Sense.POSITION | Sense.VELOCITY
 PAPER = {"length": 1.0, "speed": 1.0}
@@ -72,3 +73,20 @@ def test_arena_keeps_them_in_and_aligned(lag):
     assert np.linalg.norm(v, axis=-1).mean() > 0.4
     gaps = np.linalg.norm(p[:, :, None] - p[:, None], axis=-1) + 9 * np.eye(6)
     assert gaps[500:].min() > 0.15  # the source counts 3 m as a collision: at this scale 0.15 m
+
+
+def test_a_radius_in_which_two_cannot_stop_and_no_arena_are_named():
+    arena = {"arena": [[-3.0, -3.0], [3.0, 3.0]]}
+    assert Vasarhelyi.check(graph((1, 2), []), {}, arena) == ([], [], {})
+    assert Vasarhelyi.check(graph((1, 2), []), {}, {})[1] == [checks.NO_WALLS]
+    (problem,) = Vasarhelyi.check(graph((1, 2), []), {}, {"length": 0.1, **arena})[0]
+    assert float(problem.split("needs ")[1].split(" m")[0]) == pytest.approx(8.53 + stop(1.8, 0.936, 4.8), rel=1e-2)
+
+
+def stop(v, a, p):
+    """The distance, m, in which `braking` allows `v` m/s."""
+    low, high = 0.0, 100.0
+    for _ in range(60):
+        middle = (low + high) / 2
+        low, high = (middle, high) if braking(middle, a, p) < v else (low, middle)
+    return low
