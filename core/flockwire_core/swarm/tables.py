@@ -102,7 +102,7 @@ Port = Annotated[int, Field(ge=LOWEST_PORT, le=HIGHEST_PORT)]
 Word = Annotated[
     str,
     Form(
-        "a letter followed by letters, digits and _ (it becomes part of ROS 2 topics)",
+        "a letter followed by letters (A to Z, a to z), digits and _, at most 64 (it becomes part of ROS 2 topics)",
         re.compile(r"[A-Za-z][A-Za-z0-9_]{0,63}").fullmatch,
     ),
 ]
