@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import re
 import traceback
 
+import flockwire_core.law
 from flockwire_core.law import Law
 from flockwire_core.objects import load_object
 from flockwire_core.parameters import law_settings
 from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm
+from flockwire_core.swarm.wording import meant
 
 PATIENCE = 5.0  # s, of a law in another process where time waits for it
 OURS = (  # files that call or import a law
@@ -18,6 +21,7 @@ OURS = (  # files that call or import a law
     *(f"flockwire_core/{name}.py" for name in ("own_law", "law", "objects", "follower_law", "wire/law_form")),
 )
 MOST_FRAMES = 4  # of an error
+UNEXPECTED = re.compile(r"(\w+)\.__new__\(\) got an unexpected keyword argument '(\w+)'")
 
 
 class LateAnswerError(Exception):
@@ -40,4 +44,6 @@ def raised(error: BaseException) -> str:
     frames = [f for f in frames if not f.filename.startswith("<frozen")]
     places = [f"{frame.filename.rsplit('/', maxsplit=1)[-1]}:{frame.lineno}" for frame in frames[-MOST_FRAMES:]]
     text = " ".join(f"{type(error).__name__}: {error}".split())
+    if (wrong := UNEXPECTED.search(text)) is not None:
+        text += meant(wrong[2], getattr(getattr(flockwire_core.law, wrong[1], None), "_fields", ()))
     return text + (f" ({' > '.join(places)})" if places else "")

@@ -342,6 +342,13 @@ def test_a_law_whose_file_exits_is_refused(check_law: Callable[..., tuple[int, s
     assert "cannot import it: SystemExit: 0 (mine.py:" in errors
 
 
+def test_a_misspelt_field_of_the_interface_is_answered_with_the_nearest(
+    check_law: Callable[..., tuple[int, str, str]],
+) -> None:
+    _, _, errors = check_law(GOOD, imports="from flockwire.law import Information; Information(neighbors=1)")
+    assert "an unexpected keyword argument 'neighbors'; did you mean 'neighbours'?" in errors
+
+
 def test_a_class_that_its_file_has_not_is_named_as_the_user_wrote_it(
     check_law: Callable[..., tuple[int, str, str]], tmp_path: Path
 ) -> None:

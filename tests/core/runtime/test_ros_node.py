@@ -230,6 +230,8 @@ def test_a_node_joins_when_its_router_comes(monkeypatch: pytest.MonkeyPatch) -> 
         assert "Unable to connect" in said[0]
         assert len(said) == len(set(said))
 
+    asyncio.run(late())
+
 
 def test_a_tracker_s_twin_says_that_no_router_answers(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
@@ -246,8 +248,6 @@ def test_a_tracker_s_twin_says_that_no_router_answers(
 
     asyncio.run(alone())
     assert caplog.messages[0].startswith(NO_ROUTER.format(router=address, why="Unable to connect").removesuffix(")"))
-
-    asyncio.run(late())
 
 
 def test_a_node_that_is_the_router_serves_others() -> None:
