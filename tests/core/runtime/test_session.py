@@ -2,6 +2,7 @@
 
 import json
 import os
+import socket
 from itertools import chain, product
 from pathlib import Path
 
@@ -72,8 +73,9 @@ def test_over_quic_every_link_carries_state_as_datagrams_under_the_same_mutual_t
             expected = [f"quic/{where[4:].removesuffix(PATIENT)}?mixed_rel=1" for where in other[end]["endpoints"]]
             assert config[end].pop("endpoints") == expected
             del other[end]["endpoints"]
-        patience = [one["transport"]["unicast"].pop("accept_timeout") for one in (config, other)]
-        assert patience[0] > patience[1]  # a radio link loses packets of handshakes too
+        for name in ("accept_timeout", "open_timeout"):
+            patience = [one["transport"]["unicast"].pop(name) for one in (config, other)]
+            assert patience[0] > patience[1]  # a radio link loses packets of handshakes too
         assert config == other
 
 
@@ -162,6 +164,18 @@ def test_a_session_holds_its_keys_until_it_ends(make_plan, tmp_path):
         with Session(plan, "operator", tmp_path, verified=verified):
             assert in_use(tmp_path)
         assert not in_use(tmp_path)
+
+
+@pytest.mark.parametrize("security", ["none", "mtls"])
+def test_a_frozen_process_delays_the_end_of_another_for_seconds_only(make_plan, keys, security):
+    with socket.create_server(("127.0.0.1", 0)) as frozen:  # the system accepts, nobody answers
+        detours = {"uav1": f"127.0.0.1:{frozen.getsockname()[1]}"}
+        session = Session(make_plan({"network.security": security}), "operator", keys, detours)
+        connection, _ = frozen.accept()
+        begun = clock.monotonic()
+        session.close()
+        connection.close()
+    assert clock.monotonic() - begun < 5 * SECOND  # Zenoh's own bound is 10 s
 
 
 @pytest.mark.parametrize("mode", ["peers", "router"])
