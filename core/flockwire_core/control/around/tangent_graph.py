@@ -97,6 +97,8 @@ def shortest_way(start: Corner, goal: Corner, discs: Sequence[Disc], ahead: floa
     arc before it, is tested when its turn comes. A way that first passes a disc on its left is longer by `right` m:
     drones that meet then choose alike. Start and goal must be outside the discs.
     """
+    if start == goal:
+        return Way(0.0, goal, is_straight=True)
     targets = [(k, to, (x, y, to * r)) for k, (x, y, r) in enumerate(discs) for to in (1.0, -1.0)]
     targets.append((len(discs), 0.0, (goal[0], goal[1], 0.0)))
     queue: list[_Step] = []

@@ -7,7 +7,7 @@ from math import asin, cos, dist, hypot, inf, pi, sin, sqrt, tau
 
 import pytest
 from flockwire_core.control.around import tangent_graph
-from flockwire_core.control.around.tangent_graph import shortest_way, tangent
+from flockwire_core.control.around.tangent_graph import Way, shortest_way, tangent
 from flockwire_core.control.free_place import Disc, is_free
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
@@ -106,6 +106,11 @@ def test_a_way_flown_step_by_step_stays_outside_and_arrives(found: list[Disc]) -
         here = way.ahead
         assert all(dist(here, (x, y)) > r - 0.02 for x, y, r in found)
     assert way is None or dist(here, GOAL) <= 0.05
+
+
+@given(discs)
+def test_who_is_there_stays(found: list[Disc]) -> None:
+    assert shortest_way(START, START, found, 0.3, 0.1) == Way(0.0, START, is_straight=True)
 
 
 def test_a_closed_ring_has_no_way() -> None:
