@@ -18,6 +18,8 @@ from flockwire_core.process.stopwatch import Stopwatch
 from flockwire_core.wire.law_form import LawForm, packed
 from flockwire_core.wire.status import LAW_FAILED, Reason
 
+_shown: set[str] = set()  # failures of this process whose traceback was logged: the drones of `sim` share their law
+
 
 class Planning:
     """Runs `plan` by `aside`; a result counts exactly `deadline` s after its observation, a late one as it comes.
@@ -135,5 +137,6 @@ class GuardedLaw:
     def _failed(self, error: BaseException) -> None:
         line = f"the law failed: {raised(error)}"
         self.failure = Reason(LAW_FAILED, line)
-        text = "".join(traceback.format_exception(error))
-        logging.getLogger(self._name).error("%s", f"{line}\n{text.rstrip()}")
+        text = "".join(traceback.format_exception(error)) if line not in _shown else ""
+        _shown.add(line)
+        logging.getLogger(self._name).error("%s", f"{line}\n{text}".rstrip())

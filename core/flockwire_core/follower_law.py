@@ -46,4 +46,6 @@ def raised(error: BaseException) -> str:
     text = " ".join(f"{type(error).__name__}: {error}".split())
     if (wrong := UNEXPECTED.search(text)) is not None:
         text += meant(wrong[2], getattr(getattr(flockwire_core.law, wrong[1], None), "_fields", ()))
+    elif isinstance(error, AttributeError) and error.obj is not None:
+        text += meant(error.name, dir(error.obj))
     return text + (f" ({' > '.join(places)})" if places else "")

@@ -38,6 +38,7 @@ from flockwire_core.wire.sighting import sensed
 START = 1_790_000_000 * SECOND  # Unix ns of a dry flight
 OFF_PLACE: Vector = (0.1, -0.2, 0.05)  # m, of a drone from its place in a dry step
 IN_FORMATION = "flies in formation"
+NONE = "what `information` does not declare, or is not known yet, is None"
 BESIDE: Vector = (0.6, 0.8, 0.0)  # m, from a drone to a nearby body in a dry step
 
 Checked = tuple[list[str], list[str], dict[str, float]]  # problems, notes, predicted rates, 1/s
@@ -74,7 +75,7 @@ def law_problems(swarm: Swarm) -> Iterator[Problem]:
         yield from (Problem("control.law", rule) for rule in _contradictions(declared, swarm))
         if hasattr(law, "plan") is not (declared.deadline > 0.0):
             yield Problem("control.law", "a method plan and a deadline > 0 in its information belong together: add one")
-        yield from _of_leaders(law, declared, swarm)
+        yield from _of_leaders(declared, swarm)
         for place, edge in enumerate(swarm.graph.edges if not declared.signed else ()):
             if edge[2] < 0.0:
                 rule = f"control.law = {swarm.control.law!r} takes weights above 0 only"
@@ -90,9 +91,9 @@ def _remedy(cause: BaseException | None, module: str) -> str:
     return remedy if is_absent or isinstance(cause, FileNotFoundError) else ""
 
 
-def _of_leaders(law: type[Law], declared: Information, swarm: Swarm) -> Iterator[Problem]:
+def _of_leaders(declared: Information, swarm: Swarm) -> Iterator[Problem]:
     least, most = declared.leaders
-    if hasattr(law, "information") and not least <= len(swarm.leaders) <= most:
+    if not least <= len(swarm.leaders) <= most:
         counts = " to ".join(map(str, dict.fromkeys(declared.leaders)))
         rule = f"control.law = {swarm.control.law!r} needs {counts}, the file has {len(swarm.leaders)}"
         yield Problem("leaders", rule)
@@ -170,7 +171,9 @@ def law_failures(swarm: Swarm) -> Iterator[Problem]:
                     plan = law.plan(observation)
         except FAILURES as error:  # a user's class may raise anything
             absent = swarm.control.elsewhere and isinstance(error, ConnectionError)
-            text = str(error) if absent else f"fails when that of {uav(number)} {when}: {raised(error)}"
+            text = str(error) if absent else f"that of {uav(number)} fails when it {when}: {raised(error)}"
+            if isinstance(error, TypeError) and "NoneType" in text:
+                text += f"; {NONE}"
             yield Problem("control.law", text)
             return
 

@@ -12,14 +12,16 @@ import numpy as np
 import pytest
 import tomli_w
 from flockwire.law import RELAYING, SECOND, Decision, LawSettings, LeaderMotion, Observation
+from flockwire_agent import guarded_law
 from flockwire_agent.gains import PaperGains
 from flockwire_core import law
 from flockwire_core.law import check_decision
 from flockwire_core.loading import SwarmFileError, load_swarm
-from flockwire_core.own_law import load_law
+from flockwire_core.own_law import NONE, load_law
 from flockwire_core.parameters import law_settings
 from flockwire_core.swarm.laws import BUILT_IN
 from flockwire_core.swarm.model import Swarm
+from flockwire_core.wire.information import UNDECLARED
 
 STARTS = [[0.0, 0.0], [1.6, 0.3], [-1.4, 0.2]]
 PLACES = {1: [1.0, 1.0, 0.0], 2: [-1.0, 1.0, 0.0]}
@@ -237,16 +239,17 @@ def test_a_law_whose_constructor_fails_is_refused_with_its_line(
 ) -> None:
     monkeypatch.setitem(sys.modules, "my_failing_law", sys.modules[__name__])
     with pytest.raises(
-        SwarmFileError, match=r"fails when that of uav2 is made: KeyError: 'no map of the hall' \(.*test_own_law"
+        SwarmFileError, match=r"that of uav2 fails when it is made: KeyError: 'no map of the hall' \(.*test_own_law"
     ):
         make_swarm({"control.law": "my_failing_law:Unready"})
 
 
 def test_the_traceback_is_in_the_log(fly_law: Callable[[str], Any], caplog: pytest.LogCaptureFixture) -> None:
+    guarded_law._shown.clear()
     fly_law("Failing")
-    record = next(record for record in caplog.records if record.name == "uav1")
-    assert "Traceback" in record.getMessage()
-    assert 'raise ArithmeticError("no way")' in record.getMessage()
+    failed = [record.getMessage() for record in caplog.records if "the law failed" in record.getMessage()]
+    assert 'raise ArithmeticError("no way")' in failed[0]
+    assert [text.count("Traceback") for text in failed] == [1] + [0] * (len(failed) - 1)  # all fly one law here
 
 
 LAW_FILE = """
@@ -282,6 +285,7 @@ def check_law(
     return check
 
 
+NONE_PLUS = "unsupported operand type(s) for +: 'NoneType' and 'int'"
 GOOD = "return Decision(message=LeaderMotion((0.0, 0.0, 1.0)))"
 IN_FORMATION = "if observation.place is not None: "
 
@@ -292,7 +296,7 @@ IN_FORMATION = "if observation.place is not None: "
         (
             GOOD,
             ", now",
-            "fails when that of uav1 has no pose yet: TypeError: Law.step() missing 1 required positional argument",
+            "that of uav1 fails when it has no pose yet: TypeError: Law.step() missing 1 required positional argument",
         ),
         ("return None", "", "has no pose yet: TypeError: a step must return a Decision, not None"),
         ("return [0.0, 0.0, 0.0]", "", "a step must return a Decision, not [0.0, 0.0, 0.0]"),
@@ -300,6 +304,8 @@ IN_FORMATION = "if observation.place is not None: "
         ("return Decision((1 / (self.steps - 2), 0.0, 0.0))", "", "stands on the ground: ZeroDivisionError"),
         (f"{IN_FORMATION}1 / 0\n        {GOOD}", "", "flies in formation: ZeroDivisionError: division by zero ("),
         (f"observation.motion.position\n        {GOOD}", "", "has no pose yet: AttributeError"),
+        (f"observation.neighbors\n        {GOOD}", "", "has no attribute 'neighbors'; did you mean 'neighbours'? ("),
+        (f"observation.position + 1\n        {GOOD}", "", f"has no pose yet: TypeError: {NONE_PLUS} ("),
         ("return Decision(signals={'V': float('inf')})", "", "signal 'V' = inf: must be a finite number"),
         ("return Decision(numpy.eye(3))", "", "command must be three numbers, is array([[1., 0., 0.], [0., 1., 0.]"),
         ("return Decision(error='x')", "", "error = 'x': must be a finite number, or None"),
@@ -347,6 +353,17 @@ def test_a_misspelt_field_of_the_interface_is_answered_with_the_nearest(
 ) -> None:
     _, _, errors = check_law(GOOD, imports="from flockwire.law import Information; Information(neighbors=1)")
     assert "an unexpected keyword argument 'neighbors'; did you mean 'neighbours'?" in errors
+
+
+def test_a_law_that_declares_nothing_is_refused(check_law: Callable[..., tuple[int, str, str]]) -> None:
+    imports = (
+        "class Bare:\n    def __init__(self, settings): pass\n\n    def step(self, observation): return Decision()"
+    )
+    assert UNDECLARED in check_law(GOOD, "mine.py:Bare", imports=imports)[2]
+
+
+def test_a_sum_with_none_says_what_is_none(check_law: Callable[..., tuple[int, str, str]]) -> None:
+    assert check_law(f"observation.position + 1\n        {GOOD}")[2].endswith(f"; {NONE}\n")
 
 
 def test_a_class_that_its_file_has_not_is_named_as_the_user_wrote_it(

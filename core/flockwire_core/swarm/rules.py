@@ -108,7 +108,7 @@ def _graph(swarm: Swarm) -> Iterator[Problem]:
     yield from problems
     if swarm.leaders and not problems and (lost := swarm.topology.unreachable()):
         names = ", ".join(map(uav, lost))
-        yield Problem("graph.edges", f"no spanning tree from a leader: none reaches {names}", "")
+        yield Problem("graph.edges", f"no spanning tree from a leader: none reaches {names}; add edges [from, to]", "")
 
 
 def _fence(swarm: Swarm) -> Iterator[Problem]:

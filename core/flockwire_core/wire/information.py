@@ -13,6 +13,8 @@ from flockwire_core.objects import FAILURES, load_object
 from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm
 
+UNDECLARED = "has no `information`, which says what it sees and sends; nothing: Information()"
+
 
 def information_of(swarm: Swarm) -> Information:
     """Return what the law declares; for one that cannot be loaded, as where only its trace is read, RELAYING."""
@@ -47,7 +49,9 @@ def numbers(count: int) -> Any:  # noqa: ANN401  (a class)
 
 @lru_cache(maxsize=16)
 def _of_class(law: str) -> Information:
-    found = getattr(load_object(law), "information", Information())
+    found = getattr(load_object(law), "information", None)
+    if found is None:
+        raise TypeError(UNDECLARED)
     if not isinstance(found, Information):
         raise TypeError(f"its information must be an Information, not {found!r}")
     for name, default in Information._field_defaults.items():

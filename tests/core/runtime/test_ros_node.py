@@ -242,8 +242,7 @@ def test_a_tracker_s_twin_says_that_no_router_answers(
     async def alone() -> None:
         server = RosServer(["uav0"], RosPoses(router=address))
         await server.open()
-        while not caplog.messages:
-            await asyncio.sleep(0.02)
+        await asyncio.to_thread(wait_until, lambda: bool(caplog.messages))
         server.close()
 
     asyncio.run(alone())

@@ -71,7 +71,8 @@ def law_file(tmp_path: Any) -> str:
     """Return the file of a law that takes any number of leaders."""
     file = tmp_path / "still.py"
     file.write_text(
-        "from flockwire.law import Decision\n\n\n"
-        "class Still:\n    def __init__(self, settings): pass\n\n    def step(self, seen): return Decision()\n"
+        "from flockwire.law import Decision, Information\n\n\n"
+        "class Still:\n    information = Information(leaders=(0, 9))\n\n    def __init__(self, settings): pass\n\n"
+        "    def step(self, seen): return Decision()\n"
     )
     return str(file)

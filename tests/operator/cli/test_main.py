@@ -37,7 +37,11 @@ def test_a_sound_swarm_is_described_and_all_is_well_in_an_interpreter_of_its_own
     ("old", "new", "line"),
     [
         ("rate_hz = 100", "rate_hz = '100'", "control.rate_hz = '100': must be a whole number from 10 to 500"),
-        ("[2, 3]", "[4, 3]", "graph.edges: no spanning tree from a leader: none reaches uav3, uav4"),
+        (
+            "[2, 3]",
+            "[4, 3]",
+            "graph.edges: no spanning tree from a leader: none reaches uav3, uav4; add edges [from, to]",
+        ),
         ("speed = 3.0", "sped = 3.0", "limits.sped = 3.0: unknown key; did you mean limits.speed?"),
     ],
 )
