@@ -94,14 +94,14 @@ def _phases(phases: Sequence[Span], stamps: Integers) -> Table:
     return {"phase": phase.tolist(), "in_tail": tail.tolist()}
 
 
-def open_trace(path: str | Path) -> dict[str, Any]:
-    """Return the tables of a trace by name, those that `write_csv` writes.
+def open_trace(trace: str | Path | Trace) -> dict[str, Any]:
+    """Return the tables of a trace, or of a file, by name, those that `write_csv` writes.
 
     Each is a pandas.DataFrame if pandas is installed, else a dict of numpy arrays, one for each column. Either way
     `open_trace(path)["formation_error"]["error_m"]` is a column. Raises ValueError for a file that is not the trace of
     a swarm, OSError for one that cannot be read.
     """
-    found = dict(tables(read_trace(path)))
+    found = dict(tables(trace if isinstance(trace, Trace) else read_trace(trace)))
     if find_spec("pandas") is None:
         return {name: {key: np.array(column) for key, column in table.items()} for name, table in found.items()}
     frame = import_module("pandas").DataFrame

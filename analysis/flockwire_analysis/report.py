@@ -66,7 +66,7 @@ def page(trace: Trace, summary: Summary, pictures: Sequence[Picture], probe: dic
         subtitle=_subtitle(trace, summary),
         stops=tuple(dict.fromkeys(stop.reason for stop in trace.stops)),  # each is published several times
         tiles=_tiles(summary),
-        checks=[(check.ok, check.name, check.found(), check.rule) for check in summary.checks],
+        checks=[(one.ok if one.judged else None, one.name, one.found(), one.rule) for one in summary.checks],
         phases=_phases(summary),
         missing=summary.missing,
         pictures=pictures,

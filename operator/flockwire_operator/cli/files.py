@@ -92,6 +92,8 @@ def check(
     if live:
         raise typer.Exit(_check_live(plan, keys_folder(swarm, plan, keys), as_json))
     checked = law_check(plan.swarm)
+    if checked[0]:
+        refuse("\n".join(f"{swarm}: {law_problem(plan.swarm, problem)}" for problem in checked[0]))
     expired = expiring(plan, keys_folder(swarm, plan, keys), clock.utc())
     if as_json:
         print(text(description(plan, [*warnings(plan.swarm), *predicted(plan.swarm, duration), *expired])))
@@ -99,10 +101,6 @@ def check(
         print(describe(plan, duration, checked))
         for line in expired:
             print(f"warning: {line}")
-    if checked[0]:
-        for problem in checked[0]:
-            print(f"flockwire: {swarm}: {law_problem(plan.swarm, problem)}", file=sys.stderr)
-        raise typer.Exit(2)
 
 
 def _check_live(plan: Plan, keys: Path, as_json: bool) -> int:
