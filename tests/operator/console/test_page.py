@@ -68,7 +68,7 @@ def test_who_reports_nothing_is_named_beside_connected(make_plan, tmp_path, monk
 
 def test_no_trail_is_drawn_across_missing_pictures_or_positions(make_plan, tmp_path):
     async def look():
-        async with serving(SimulatedSwarm(make_plan())) as (pages, port), browser(tmp_path / "profile") as page:
+        async with serving(SimulatedSwarm(make_plan())) as (_, port), browser(tmp_path / "profile") as page:
             await page.open(f"http://127.0.0.1:{port}/#{TOKEN}")
             await page.until(f"picture && {STATE}.textContent === 'connected'")
             await page.value("socket.onmessage = null")
@@ -93,7 +93,7 @@ def test_no_trail_is_drawn_across_missing_pictures_or_positions(make_plan, tmp_p
 
 def test_a_zoomed_map_stays_while_pictures_arrive_until_the_drones_are_asked_for(make_plan, tmp_path):
     async def look():
-        async with serving(SimulatedSwarm(make_plan())) as (pages, port), browser(tmp_path / "profile") as page:
+        async with serving(SimulatedSwarm(make_plan())) as (_, port), browser(tmp_path / "profile") as page:
             await page.resize(1280, 800, False)
             await page.open(f"http://127.0.0.1:{port}/#{TOKEN}")
             await page.until(f"picture && {STATE}.textContent === 'connected'")
