@@ -6,6 +6,7 @@ from math import hypot
 from typing import NamedTuple
 
 from flockwire_agent.extended_law import ExtendedLaw
+from flockwire_agent.gains import ExtendedGains
 from flockwire_core.control.around.planner import SLOW
 from flockwire_core.control.guard import Guard
 from flockwire_core.domain.body import Body, BodyKind, stands
@@ -14,6 +15,7 @@ from flockwire_core.law import Decision, LawSettings, Observation
 from flockwire_core.swarm.model import uav
 
 EVERY = 5  # steps of which one is noted
+BACKWARDS = 0.3  # m against its planned way from which on a drone turns back
 
 
 class Note(NamedTuple):
@@ -22,7 +24,7 @@ class Note(NamedTuple):
     wanted: Vector  # by the law
     limited: Vector  # of this, by the filter's limits of speed and acceleration and the room
     fixed: Vector  # by the filter for what is fixed, or stands, alone
-    way: Vector  # the planned direction relative to the place, zero at it
+    way: Vector  # the planned direction relative to the place, zero where BACKWARDS or less is left of it
 
 
 NOTED: dict[str, Note] = {}  # the step of each follower, if it is noted
@@ -35,6 +37,7 @@ class Noted(ExtendedLaw):
     def __init__(self, settings: LawSettings) -> None:
         super().__init__(settings)
         self._owner, self._guard, self._most = uav(settings.number), Guard(settings.guard), settings.guard.speed
+        self._least = min(ExtendedGains.of(settings.parameters).formation_gain * BACKWARDS, 0.95 * self._most)  # m/s
         self._steps = 0
 
     def step(self, observation: Observation) -> Decision:
@@ -54,7 +57,7 @@ class Noted(ExtendedLaw):
         )
         x, y, _ = subtract(decision.command, rate)
         length = hypot(x, y)
-        way = (x / length, y / length, 0.0) if length > 0.1 else ZERO
+        way = (x / length, y / length, 0.0) if length > self._least else ZERO
         NOTED[self._owner] = Note(decision.command, limited, fixed, way)
         return decision
 

@@ -40,7 +40,7 @@ from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.flight import TraceInMemory
 from flockwire_lab.process import Published
 from flockwire_lab.world import World
-from law_noted import NOTED, SENT
+from law_noted import BACKWARDS, NOTED, SENT
 from settling import IDEAL, TELLO, merged
 from way_draws import FAMILIES, KEPT, Flight
 
@@ -53,7 +53,6 @@ SLACK, GRACE = 1.5, 3.0  # times the shortest detour and the forbidden time, and
 DETOUR_TOLERANCE = 0.05  # m
 SETTLED = 20.0  # s: bar of the grids
 CHANGED = 0.01  # m/s
-BACKWARDS = 0.3  # m
 SLOWER = 2.5  # times the free way's time: bar of exchanges
 
 

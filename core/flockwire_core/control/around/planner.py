@@ -99,7 +99,9 @@ class Planner:
         self._remember(motion.position, bodies)
         obstacles, drones, passed = self._discs(here, motion, velocity, bodies)
         ox, oy = here[0] - motion.stopping[0], here[1] - motion.stopping[1]
-        obstacles += [(x + ox, y + oy, r + SPARE) for x, y, r in self._left]
+        left = [(x + ox, y + oy, r + SPARE) for x, y, r in self._left]
+        obstacles += left
+        passed[0][2].extend(left)
         goal = self._goal(here, motion, passed, drones, 0.0)
         drones = [disc for disc in drones if dist(disc[:2], goal) > disc[2]]  # who is there cannot be passed
         direct = _way(here, goal, obstacles, [], 0.0)
