@@ -30,6 +30,7 @@ SOON: Final = 1.0  # s, at most, for which a motion is continued: then it has ch
 BERTH: Final = 0.12  # m more, where the way is hardly longer or a place is fast: there the filter slows it down
 LONGER: Final = 0.3  # m that this way may be longer
 RIGHT: Final = 0.1  # m by which a way to the left must be shorter: drones that meet head on choose alike
+TURN: Final = 0.3  # m by which a way must be shorter to pass on another side than the last one
 SIDEWAYS: Final = 0.4  # of the speed limit, at which a place leaves the way of a body
 ROUND: Final = 0.5  # m that a way round drones may be longer than one above or below them
 EAST: Final = (0.8, 0.6)  # of two that pass so, the one on this side flies lower
@@ -59,6 +60,7 @@ class Planner:
         self._rate: Corner = (0.0, 0.0)  # m/s, of that
         self._rest = 0.0  # m, the length of the way from there
         self._passes = False  # whether it passes above or below drones
+        self._side = 0.0  # of the first disc of the last way that was not straight
 
     def correction(self, error: Vector, motion: Motion, velocity: Vector, bodies: Sequence[Body], now: float) -> Vector:
         """Return u − v, m/s, for an `error` y − y_r, m, of the stopping point; the place moves at `velocity`, m/s.
@@ -104,22 +106,23 @@ class Planner:
         passed[0][2].extend(left)
         goal = self._goal(here, motion, passed, drones, 0.0)
         drones = [disc for disc in drones if dist(disc[:2], goal) > disc[2]]  # who is there cannot be passed
-        direct = _way(here, goal, obstacles, [], 0.0)
-        way = _way(here, goal, obstacles, drones, 0.0) if drones else direct
+        direct = self._way(here, goal, obstacles, [], 0.0)
+        way = self._way(here, goal, obstacles, drones, 0.0) if drones else direct
         self._passes = direct is not None and (way is None or way.length > direct.length + ROUND)
         if self._passes:
             way = direct
         elif way is not None:
-            wide = _way(here, goal, obstacles, drones, BERTH)
+            wide = self._way(here, goal, obstacles, drones, BERTH)
             if wide is not None and wide.length < way.length + LONGER:
                 way = wide
-        if way is None or way.is_straight:
+        if way is None or not way.side:
             x, y = self._goal(here, motion, passed, drones, PERIOD)
             rate = ((x - goal[0]) / PERIOD, (y - goal[1]) / PERIOD)
             self._ahead, self._rest = goal, 0.0
             self._rate = rate if hypot(*rate) < self._guard.speed else (0.0, 0.0)  # else the side has changed
         else:
             self._ahead, self._rate, self._rest = way.ahead, (0.0, 0.0), max(way.length - AHEAD, 0.0)
+            self._side = way.side
 
     def _remember(self, position: Vector, bodies: Sequence[Body]) -> None:
         """Note the obstacles in sight, before those that have left it: a dead end is not entered again."""
@@ -204,11 +207,12 @@ class Planner:
         x, y = nearest_free_place(place, [(x + ox, y + oy, r) for x, y, r in fixed], room) or place
         return (x - ox, y - oy)
 
-
-def _way(here: Corner, goal: Corner, obstacles: Sequence[Disc], drones: Sequence[Disc], berth: float) -> Way | None:
-    """Return the shortest way with `berth` m more; discs never reach to where it begins and ends."""
-    discs = [
-        (x, y, min(r + berth, dist((x, y), here) - 2.0 * TOUCH, dist((x, y), goal) - 2.0 * TOUCH))
-        for x, y, r in (*obstacles, *drones)
-    ]
-    return shortest_way(here, goal, [disc for disc in discs if disc[2] > 0.0], AHEAD, RIGHT)
+    def _way(
+        self, here: Corner, goal: Corner, obstacles: Sequence[Disc], drones: Sequence[Disc], berth: float
+    ) -> Way | None:
+        """Return the shortest way with `berth` m more; discs never reach to where it begins and ends."""
+        discs = [
+            (x, y, min(r + berth, dist((x, y), here) - 2.0 * TOUCH, dist((x, y), goal) - 2.0 * TOUCH))
+            for x, y, r in (*obstacles, *drones)
+        ]
+        return shortest_way(here, goal, [disc for disc in discs if disc[2] > 0.0], AHEAD, RIGHT, self._side, TURN)

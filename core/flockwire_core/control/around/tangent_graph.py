@@ -21,14 +21,15 @@ _Step = tuple[float, float, int, int, float, float, Edge]  # f, g, node before, 
 
 
 class Way(NamedTuple):
-    """A shortest way: its length, m, the point `ahead` m along its first tangent, and whether it is straight.
+    """A shortest way: its length, m, the point `ahead` m along its first tangent, and the side of its first disc.
 
-    The point lies beyond the first disc, if that is nearer: a chord to a point on its arc would cut it.
+    The point lies beyond the first disc, if that is nearer: a chord to a point on its arc would cut it. The disc is to
+    the left (1) or to the right (-1) of the way; 0: it is straight.
     """
 
     length: float
     ahead: Corner
-    is_straight: bool
+    side: float
 
 
 def tangent(start: Disc, end: Disc) -> Edge | None:
@@ -90,15 +91,18 @@ def _is_arc_free(number: int, side: float, arrival: Edge, angle: float, discs: S
     return True
 
 
-def shortest_way(start: Corner, goal: Corner, discs: Sequence[Disc], ahead: float, right: float) -> Way | None:
+def shortest_way(
+    start: Corner, goal: Corner, discs: Sequence[Disc], ahead: float, right: float, last: float = 0.0, turn: float = 0.0
+) -> Way | None:
     """Return the shortest way from `start` to `goal`, m, outside all `discs`, None if there is none.
 
     A* over (disc, side): g is the length up to where the way arrives at a disc, h the straight rest. A tangent, and the
-    arc before it, is tested when its turn comes. A way that first passes a disc on its left is longer by `right` m:
-    drones that meet then choose alike. Start and goal must be outside the discs.
+    arc before it, is tested when its turn comes. A way to the left of its first disc is longer by `right` m:
+    drones that meet then choose alike. One whose first disc is not on the side `last` is longer by `turn` m. Start and
+    goal must be outside the discs.
     """
     if start == goal:
-        return Way(0.0, goal, is_straight=True)
+        return Way(0.0, goal, 0.0)
     targets = [(k, to, (x, y, to * r)) for k, (x, y, r) in enumerate(discs) for to in (1.0, -1.0)]
     targets.append((len(discs), 0.0, (goal[0], goal[1], 0.0)))
     queue: list[_Step] = []
@@ -111,12 +115,13 @@ def shortest_way(start: Corner, goal: Corner, discs: Sequence[Disc], ahead: floa
             edge = tangent(at, circle) if k != here and (k, to) not in closed else None
             if edge is None:
                 continue
-            turn = arc(side, arrival, edge)
-            if turn <= LONGEST_ARC:
-                length = g + abs(at[2]) * turn + hypot(edge[2] - edge[0], edge[3] - edge[1])
-                length += right if here < 0 and to < 0.0 else 0.0
+            angle = arc(side, arrival, edge)
+            if angle <= LONGEST_ARC:
+                length = g + abs(at[2]) * angle + hypot(edge[2] - edge[0], edge[3] - edge[1])
+                if here < 0:
+                    length += (right if to < 0.0 else 0.0) + (turn if to * last < 0.0 else 0.0)
                 rest = hypot(goal[0] - edge[2], goal[1] - edge[3])
-                heappush(queue, (length + rest, length, len(nodes) - 1, k, to, turn, edge))
+                heappush(queue, (length + rest, length, len(nodes) - 1, k, to, angle, edge))
         step = _next_step(queue, closed, nodes, discs)
         if step is None:
             return None
@@ -152,4 +157,4 @@ def _found(nodes: list[_Node], length: float, ahead: float) -> Way:
         node = nodes[node[0]]
     px, py, qx, qy, ux, uy = node[3]
     part = min(ahead, hypot(qx - px, qy - py)) if straight else ahead
-    return Way(length, (px + part * ux, py + part * uy), straight)
+    return Way(length, (px + part * ux, py + part * uy), node[2])

@@ -75,7 +75,7 @@ def test_no_sampled_way_is_shorter(found: list[Disc]) -> None:
         assert other == inf
     else:
         assert dist(START, GOAL) - 1e-9 <= way.length <= other + 1e-6
-        assert way.is_straight == (way.length <= dist(START, GOAL) + 1e-9)
+        assert (not way.side) == (way.length <= dist(START, GOAL) + 1e-9)
 
 
 @given(discs, st.floats(0.1, 3.0))
@@ -110,7 +110,21 @@ def test_a_way_flown_step_by_step_stays_outside_and_arrives(found: list[Disc]) -
 
 @given(discs)
 def test_who_is_there_stays(found: list[Disc]) -> None:
-    assert shortest_way(START, START, found, 0.3, 0.1) == Way(0.0, START, is_straight=True)
+    assert shortest_way(START, START, found, 0.3, 0.1) == Way(0.0, START, 0.0)
+
+
+@pytest.mark.parametrize("last", [1.0, -1.0])
+def test_a_way_changes_its_side_only_if_that_is_shorter_by_the_turn(last: float) -> None:
+    disc = (0.0, 0.1 * last, 0.5)  # the shorter way passes on the other side
+    kept = shortest_way(START, GOAL, [disc], 0.3, 0.0, last, 0.3)
+    other = shortest_way(START, GOAL, [disc], 0.3, 0.0, -last, 0.3)
+    free = shortest_way(START, GOAL, [disc], 0.3, 0.0)
+    assert kept is not None
+    assert other is not None
+    assert free is not None
+    assert (kept.side, other.side) == (last, -last)
+    assert free.side == shortest_way(START, GOAL, [disc], 0.3, 0.0, -free.side, 0.0).side  # type: ignore[union-attr]
+    assert min(kept.length, other.length) == pytest.approx(free.length)
 
 
 def test_a_closed_ring_has_no_way() -> None:
