@@ -145,6 +145,7 @@ def probe(folder, swarm_folder, networks, out):
         run("docker", "rm", "-f", name, check=False)
 
 
+@pytest.mark.campaign
 def test_the_probe_from_inside_finds_no_leak(flight, tmp_path):
     project = flight.inspected("operator")["NetworkSettings"]["Networks"]
     said, results = probe(flight.folder.parent / "all-keys", flight.folder, sorted(project), tmp_path / "out")

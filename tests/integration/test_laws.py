@@ -59,7 +59,7 @@ def fly(swarm: Path, out: Path) -> dict:
     return json.loads((out / "summary.json").read_text())
 
 
-@pytest.mark.parametrize("name", some(NAMES, "aggregative", "dmpc", "event_triggered"))
+@pytest.mark.parametrize("name", some(NAMES, "dmpc", "event_triggered"))
 def test_five_drones_fly_the_law(name, write, tmp_path):
     swarm = write(name)
     plan = Plan(load_swarm(swarm))
@@ -78,7 +78,7 @@ def test_five_tellos_fly_the_law(name, write, tmp_path):
     assert all(check["ok"] for check in fly(write(name, "tello"), tmp_path / "out")["checks"])
 
 
-@pytest.mark.parametrize("name", some(NAMES, "bearing", "orca"))
+@pytest.mark.parametrize("name", some(NAMES, "bearing"))
 def test_the_probe_finds_no_leak_with_the_keys_of_the_law(name, write, tmp_path):
     process = flockwire("probe", write(name), "--out", tmp_path / "probe")
     output, errors = process.communicate(timeout=10 * PATIENCE)

@@ -71,7 +71,7 @@ def test_a_flight_converges_and_its_trace_reports_it_as_in_virtual_time(
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("link", ["tls", "quic"])
+@pytest.mark.parametrize("link", ["tls", pytest.param("quic", marks=pytest.mark.campaign)])
 def test_a_swarm_flies_over_ipv6(make_swarm: Callable[..., Path], tmp_path: Path, link: str) -> None:
     swarm, out = make_swarm(), tmp_path / "out"
     text = swarm.read_text().replace("[network]", f'[network]\nlink = "{link}"')

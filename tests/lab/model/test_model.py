@@ -47,7 +47,7 @@ def explore(tmp_path_factory):
     [
         "--drones 1 --orders 2 --faults 2 --stop",
         "--drones 2 --orders 2 --faults 1",
-        "--drones 3 --orders 2 --faults 1",
+        pytest.param("--drones 3 --orders 2 --faults 1", marks=pytest.mark.campaign),
     ],
 )
 def test_no_state_breaks_a_property(explore, options):
