@@ -171,11 +171,14 @@ def law_failures(swarm: Swarm) -> Iterator[Problem]:
                     plan = law.plan(observation)
         except FAILURES as error:  # a user's class may raise anything
             absent = swarm.control.elsewhere and isinstance(error, ConnectionError)
-            text = str(error) if absent else f"that of {uav(number)} fails when it {when}: {raised(error)}"
-            if isinstance(error, TypeError) and "NoneType" in text:
-                text += f"; {NONE}"
-            yield Problem("control.law", text)
+            text = f"that of {uav(number)} fails when it {when}: {_explained(error)}"
+            yield Problem("control.law", str(error) if absent else text)
             return
+
+
+def _explained(error: BaseException) -> str:
+    is_none = isinstance(error, TypeError) and "NoneType" in str(error)
+    return raised(error) + (f"; {NONE}" if is_none else "")
 
 
 def _lead_failures(swarm: Swarm, form: LawForm) -> Iterator[Problem]:

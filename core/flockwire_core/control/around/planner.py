@@ -215,4 +215,5 @@ class Planner:
             (x, y, min(r + berth, dist((x, y), here) - 2.0 * TOUCH, dist((x, y), goal) - 2.0 * TOUCH))
             for x, y, r in (*obstacles, *drones)
         ]
-        return shortest_way(here, goal, [disc for disc in discs if disc[2] > 0.0], AHEAD, RIGHT, self._side, TURN)
+        left, right = TURN if self._side < 0.0 else 0.0, TURN if self._side > 0.0 else 0.0
+        return shortest_way(here, goal, [disc for disc in discs if disc[2] > 0.0], AHEAD, left, RIGHT + right)

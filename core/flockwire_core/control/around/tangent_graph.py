@@ -92,17 +92,17 @@ def _is_arc_free(number: int, side: float, arrival: Edge, angle: float, discs: S
 
 
 def shortest_way(
-    start: Corner, goal: Corner, discs: Sequence[Disc], ahead: float, right: float, last: float = 0.0, turn: float = 0.0
+    start: Corner, goal: Corner, discs: Sequence[Disc], ahead: float, left: float = 0.0, right: float = 0.0
 ) -> Way | None:
     """Return the shortest way from `start` to `goal`, m, outside all `discs`, None if there is none.
 
     A* over (disc, side): g is the length up to where the way arrives at a disc, h the straight rest. A tangent, and the
-    arc before it, is tested when its turn comes. A way to the left of its first disc is longer by `right` m:
-    drones that meet then choose alike. One whose first disc is not on the side `last` is longer by `turn` m. Start and
-    goal must be outside the discs.
+    arc before it, is tested when its turn comes. A way with its first disc to its `left` or its `right` is longer by so
+    many m. Start and goal must be outside the discs.
     """
     if start == goal:
         return Way(0.0, goal, 0.0)
+    more = (0.0, left, right)
     targets = [(k, to, (x, y, to * r)) for k, (x, y, r) in enumerate(discs) for to in (1.0, -1.0)]
     targets.append((len(discs), 0.0, (goal[0], goal[1], 0.0)))
     queue: list[_Step] = []
@@ -119,7 +119,7 @@ def shortest_way(
             if angle <= LONGEST_ARC:
                 length = g + abs(at[2]) * angle + hypot(edge[2] - edge[0], edge[3] - edge[1])
                 if here < 0:
-                    length += (right if to < 0.0 else 0.0) + (turn if to * last < 0.0 else 0.0)
+                    length += more[int(to)]
                 rest = hypot(goal[0] - edge[2], goal[1] - edge[3])
                 heappush(queue, (length + rest, length, len(nodes) - 1, k, to, angle, edge))
         step = _next_step(queue, closed, nodes, discs)

@@ -34,7 +34,7 @@ def test_a_tangent_touches_both_circles_at_right_angles_on_their_sides(one: Disc
 
 
 def test_round_one_disc_it_is_two_tangents_and_an_arc() -> None:
-    way = shortest_way((-2.0, 0.0), (2.0, 0.0), [(0.0, 0.0, 1.0)], 0.5, 0.0)
+    way = shortest_way((-2.0, 0.0), (2.0, 0.0), [(0.0, 0.0, 1.0)], 0.5)
     assert way is not None
     assert way.length == pytest.approx(2.0 * sqrt(3.0) + pi - 2.0 * asin(sqrt(0.75)))
     assert way.ahead == pytest.approx((-2.0 + 0.5 * cos(pi / 6), 0.5 * sin(pi / 6))) or way.ahead[1] < 0.0
@@ -70,7 +70,7 @@ def sampled(found: list[Disc]) -> float:
 @given(discs)
 def test_no_sampled_way_is_shorter(found: list[Disc]) -> None:
     assume(is_free(START, found) and is_free(GOAL, found))
-    way, other = shortest_way(START, GOAL, found, 0.3, 0.0), sampled(found)
+    way, other = shortest_way(START, GOAL, found, 0.3), sampled(found)
     if way is None:
         assert other == inf
     else:
@@ -81,13 +81,13 @@ def test_no_sampled_way_is_shorter(found: list[Disc]) -> None:
 @given(discs, st.floats(0.1, 3.0))
 def test_what_is_flown_to_shortens_the_way_by_as_much_as_is_flown(found: list[Disc], ahead: float) -> None:
     assume(is_free(START, found) and is_free(GOAL, found))
-    way = shortest_way(START, GOAL, found, ahead, 0.0)
+    way = shortest_way(START, GOAL, found, ahead)
     if way is None:
         return
     part = 0.001 / ahead
     assert dist(START, way.ahead) == pytest.approx(ahead)
     there = (START[0] + part * (way.ahead[0] - START[0]), START[1] + part * (way.ahead[1] - START[1]))
-    rest = shortest_way(there, GOAL, found, ahead, 0.0)
+    rest = shortest_way(there, GOAL, found, ahead)
     assert rest is not None
     assert rest.length == pytest.approx(way.length - 0.001, abs=1e-5)
 
@@ -96,11 +96,11 @@ def test_what_is_flown_to_shortens_the_way_by_as_much_as_is_flown(found: list[Di
 def test_a_way_flown_step_by_step_stays_outside_and_arrives(found: list[Disc]) -> None:
     """A chord of 0.05 m cuts 0.05² / 8 r from an arc."""
     assume(is_free(START, found) and is_free(GOAL, found))
-    way, here = shortest_way(START, GOAL, found, 0.05, 0.0), START
+    way, here = shortest_way(START, GOAL, found, 0.05), START
     assume(way is not None)
     for _ in range(400):
         kept = [(x, y, min(r, dist(here, (x, y)) - 1e-5)) for x, y, r in found]
-        way = shortest_way(here, GOAL, kept, 0.05, 0.0)
+        way = shortest_way(here, GOAL, kept, 0.05)
         if way is None or way.length <= 0.05:
             break
         here = way.ahead
@@ -110,32 +110,32 @@ def test_a_way_flown_step_by_step_stays_outside_and_arrives(found: list[Disc]) -
 
 @given(discs)
 def test_who_is_there_stays(found: list[Disc]) -> None:
-    assert shortest_way(START, START, found, 0.3, 0.1) == Way(0.0, START, 0.0)
+    assert shortest_way(START, START, found, 0.3, 0.1, 0.1) == Way(0.0, START, 0.0)
 
 
-@pytest.mark.parametrize("last", [1.0, -1.0])
-def test_a_way_changes_its_side_only_if_that_is_shorter_by_the_turn(last: float) -> None:
-    disc = (0.0, 0.1 * last, 0.5)  # the shorter way passes on the other side
-    kept = shortest_way(START, GOAL, [disc], 0.3, 0.0, last, 0.3)
-    other = shortest_way(START, GOAL, [disc], 0.3, 0.0, -last, 0.3)
-    free = shortest_way(START, GOAL, [disc], 0.3, 0.0)
-    assert kept is not None
-    assert other is not None
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_side_costs_what_it_is_given(side: float) -> None:
+    disc = (0.0, 0.1 * side, 0.5)  # the shorter way has it on this side
+    left, right = (0.3, 0.0) if side > 0.0 else (0.0, 0.3)
+    free, dear = shortest_way(START, GOAL, [disc], 0.3), shortest_way(START, GOAL, [disc], 0.3, left, right)
     assert free is not None
-    assert (kept.side, other.side) == (last, -last)
-    assert free.side == shortest_way(START, GOAL, [disc], 0.3, 0.0, -free.side, 0.0).side  # type: ignore[union-attr]
-    assert min(kept.length, other.length) == pytest.approx(free.length)
+    assert dear is not None
+    assert (free.side, dear.side) == (side, -side)
+    assert free.length < dear.length < free.length + 0.3
+    cheap = shortest_way(START, GOAL, [disc], 0.3, 0.01 * left, 0.01 * right)
+    assert cheap is not None
+    assert (cheap.side, cheap.length) == (side, pytest.approx(free.length + 0.003))
 
 
 def test_a_closed_ring_has_no_way() -> None:
     centers = ((1.0, 0.0), (0.5, 0.87), (-0.5, 0.87), (-1.0, 0.0), (-0.5, -0.87), (0.5, -0.87))
-    assert shortest_way((0.0, 0.0), (3.0, 0.0), [(x, y, 0.55) for x, y in centers], 0.3, 0.0) is None
+    assert shortest_way((0.0, 0.0), (3.0, 0.0), [(x, y, 0.55) for x, y in centers], 0.3) is None
 
 
 @pytest.mark.sources  # replaces a compiled constant
 def test_the_search_ends_at_its_most_expansions(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tangent_graph, "MOST_EXPANSIONS", 2)
     wall = [(0.0, 0.4 * k, 0.3) for k in range(-5, 6)]
-    assert shortest_way(START, GOAL, wall, 0.3, 0.0) is None
+    assert shortest_way(START, GOAL, wall, 0.3) is None
     monkeypatch.undo()
-    assert shortest_way(START, GOAL, wall, 0.3, 0.0) is not None
+    assert shortest_way(START, GOAL, wall, 0.3) is not None
