@@ -35,7 +35,7 @@ SIDEWAYS: Final = 0.4  # of the speed limit, at which a place leaves the way of 
 ROUND: Final = 0.5  # m that a way round drones may be longer than one above or below them
 EAST: Final = (0.8, 0.6)  # of two that pass so, the one on this side flies lower
 MOST_KNOWN: Final = 32  # obstacles, besides those in sight: bounds the cost of a step
-MOST_AHEAD: Final = 6  # discs of a mover, likewise
+MOST_AHEAD: Final = 6  # discs of a mover, and obstacles out of sight that a place passes, likewise
 
 Passed = tuple[float, float, list[Disc], float]
 """What a place passes at a velocity, x and y, m/s, and by how many s it is met earlier."""
@@ -103,7 +103,7 @@ class Planner:
         ox, oy = here[0] - motion.stopping[0], here[1] - motion.stopping[1]
         left = [(x + ox, y + oy, r + SPARE) for x, y, r in self._left]
         obstacles += left
-        passed[0][2].extend(left)
+        passed[0][2].extend(sorted(left, key=lambda disc: hypot(disc[0], disc[1]) - disc[2])[:MOST_AHEAD])
         goal = self._goal(here, motion, passed, drones, 0.0)
         drones = [disc for disc in drones if dist(disc[:2], goal) > disc[2]]  # who is there cannot be passed
         direct = self._way(here, goal, obstacles, [], 0.0)
@@ -116,6 +116,8 @@ class Planner:
             if wide is not None and wide.length < way.length + LONGER:
                 way = wide
         if way is None or not way.side:
+            if way is not None and way.length < AHEAD:  # it has arrived
+                self._side = 0.0
             x, y = self._goal(here, motion, passed, drones, PERIOD)
             rate = ((x - goal[0]) / PERIOD, (y - goal[1]) / PERIOD)
             self._ahead, self._rest = goal, 0.0
@@ -126,7 +128,7 @@ class Planner:
 
     def _remember(self, position: Vector, bodies: Sequence[Body]) -> None:
         """Note the obstacles in sight, before those that have left it: a dead end is not entered again."""
-        (x, y, _), sight = position, self._guard.sight
+        (x, y, _), sight, kept = position, self._guard.sight, self._guard.separation.obstacle
         seen = [
             (x + body.relative_position[0], y + body.relative_position[1], self._guard.separation.from_axis(body))
             for body in bodies
@@ -135,7 +137,7 @@ class Planner:
         left = [
             one
             for one in self._known
-            if dist(one[:2], (x, y)) > sight and all(dist(one[:2], two[:2]) > SPARE for two in seen)
+            if dist(one[:2], (x, y)) - one[2] > sight - kept and all(dist(one[:2], two[:2]) > SPARE for two in seen)
         ]
         self._left = left[:MOST_KNOWN]
         self._known = seen + self._left

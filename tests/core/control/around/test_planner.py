@@ -109,6 +109,25 @@ def test_a_dead_end_wider_than_its_sight_is_left_once() -> None:
     assert arrival([Drone(1, (-1.0, 0.1, 1.0), (3.5, 0.0, 1.0))], end + sides) < 25.0
 
 
+def test_an_obstacle_that_went_while_it_was_in_sight_holds_nobody_off_its_place() -> None:
+    drone, wide = Drone(1, (-3.0, 0.1, 1.0), (0.0, 0.0, 1.0)), [(0.0, 0.0, 1.3)]
+    beside = [(-3.0, 3.0, 1.0)]
+    arrival([drone], wide, beside, 5.0)
+    assert drone.deviation > 1.0
+    assert arrival([drone], [], [(0.8, 0.0, 1.0)]) < 10.0
+
+
+def test_the_side_of_the_last_way_is_kept_until_the_place_is_reached() -> None:
+    for first in (-0.1, 0.1):  # the obstacle moves a little to the other side of the line to the place
+        drone = Drone(1, (-1.4, 0.0, 1.0), (1.4, 0.0, 1.0))
+        heights = []
+        for k in range(100):
+            drone.step([(0.0, first if k < 10 else -first, 0.3)], [], k * DT)
+            heights.append(drone.position[1])
+        assert max(heights, key=abs) * first < 0.0
+        assert min(heights) * max(heights) >= 0.0
+
+
 def test_a_ring_of_standing_drones_round_a_free_place_is_passed() -> None:
     ring = [(cos(0.25 * pi * k), sin(0.25 * pi * k), 1.0) for k in range(8)]
     drone = Drone(1, (-3.0, 0.1, 1.0), (0.0, 0.0, 1.0))
