@@ -14,8 +14,8 @@ from flockwire_core.wire.plan import OPERATORS, Plan
 BURST = 16  # messages of one step in the queue before the next is dropped; 16 is the maximum
 LARGEST_MESSAGE = 65536  # bytes
 SPARE_SESSIONS = 512  # besides one for each link: a holder of one drone's certificate must not exhaust them easily
-# ms in which both ends open a session; a radio link loses some packets. A frozen process delays no exit for longer.
-OPEN_TIME = {"tls": 1000, "quic": 4000}
+ACCEPT_TIME = {"tls": 1000, "quic": 4000}  # ms for each; a radio link loses some of its packets
+OPEN_TIME = 4000  # ms for each, about seven times the way to the other end; a frozen process delays an exit by as much
 # ms. For each TLS handshake that fails or takes too long Zenoh stops accepting for 0.1 s, which cannot be configured:
 # a thousand silent connections that time out would keep an operator out for minutes. So they stay, for a descriptor.
 HANDSHAKE_TIME = 3_600_000
@@ -80,8 +80,8 @@ def _configuration(
             "unicast": {
                 "max_sessions": len(plan.links[identity]) + SPARE_SESSIONS,
                 "accept_pending": 1000,  # pending connections
-                "accept_timeout": OPEN_TIME[plan.swarm.network.link],
-                "open_timeout": OPEN_TIME[plan.swarm.network.link],
+                "accept_timeout": ACCEPT_TIME[plan.swarm.network.link],
+                "open_timeout": OPEN_TIME,
             },
             "shared_memory": {"enabled": False},
         },

@@ -73,9 +73,8 @@ def test_over_quic_every_link_carries_state_as_datagrams_under_the_same_mutual_t
             expected = [f"quic/{where[4:].removesuffix(PATIENT)}?mixed_rel=1" for where in other[end]["endpoints"]]
             assert config[end].pop("endpoints") == expected
             del other[end]["endpoints"]
-        for name in ("accept_timeout", "open_timeout"):
-            patience = [one["transport"]["unicast"].pop(name) for one in (config, other)]
-            assert patience[0] > patience[1]  # a radio link loses packets of handshakes too
+        patience = [one["transport"]["unicast"].pop("accept_timeout") for one in (config, other)]
+        assert patience[0] > patience[1]  # a radio link loses packets of handshakes too
         assert config == other
 
 
@@ -175,7 +174,7 @@ def test_a_frozen_process_delays_the_end_of_another_for_seconds_only(make_plan, 
         begun = clock.monotonic()
         session.close()
         connection.close()
-    assert clock.monotonic() - begun < 5 * SECOND  # Zenoh's own bound is 10 s
+    assert clock.monotonic() - begun < 8 * SECOND  # Zenoh's own bound is 10 s
 
 
 @pytest.mark.parametrize("mode", ["peers", "router"])
