@@ -69,22 +69,19 @@ def flocking(law: Law, graph: Graph, places: Places, parameters: Given) -> Check
 
 
 def vasarhelyi(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:
-    """Check the radius: s r_frict, and the distance in which two at v_max towards each other can stop."""
+    """Note a radius within which repulsion or friction begin, and that nothing keeps the flock inside."""
     c = law.Parameters.of(parameters)
-    r_frict, _, _, p, a = c.frict
-    p, a, v = p * c.speed / c.length, a * c.speed**2 / c.length, 2.0 * c.speed * c.v_max
-    notes = [] if c.arena else [NO_WALLS]
-    return _short(law, c.length * r_frict + (v / p if v < a / p else (v * v + a * a / p / p) / (2.0 * a))), notes, {}
+    notes = _short(law, c.length * max(c.rep[0], c.frict[0]))
+    return [], notes + ([] if c.arena else [NO_WALLS]), {}
 
 
 def dmpc(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:
     """Check that places are r_min apart in the plane; note who is not avoided."""
     least, pairs = law.Parameters.of(parameters).r_min, list(combinations(sorted(places), 2))
-    apart = {(i, j): math.dist(places[i][:2], places[j][:2]) for i, j in pairs}
-    heard = {(j, i) for j, i, _ in graph.edges}
-    unheard = sum(not {pair, pair[::-1]} <= heard for pair in pairs)
-    notes = [UNHEARD.format(unheard, len(pairs))] if unheard else []
-    return [TOO_NEAR.format(i, j, far, least) for (i, j), far in apart.items() if far < least], notes, {}
+    edges = {(j, i) for j, i, _ in graph.edges}
+    heard = {pair: math.dist(*(places[i][:2] for i in pair)) for pair in pairs if {pair, pair[::-1]} <= edges}
+    notes = [UNHEARD.format(len(pairs) - len(heard), len(pairs))] if len(heard) < len(pairs) else []
+    return [TOO_NEAR.format(i, j, far, least) for (i, j), far in heard.items() if far < least - 1e-9], notes, {}
 
 
 def bearing(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:

@@ -84,6 +84,9 @@ def test_four_change_corners_crosswise(lag):
 
 def test_places_nearer_than_r_min_and_pairs_without_plans_are_named():
     assert Dmpc.check(graph(CORNERS, ALL), CORNERS, {}) == ([], [], {})
-    problems, notes, _ = Dmpc.check(graph(CORNERS, ALL[2:]), CORNERS | {2: (-1.5, -1.1, 1.9)}, {})
-    assert problems == [checks.TOO_NEAR.format(1, 2, 0.4, 0.5)]
-    assert notes == [checks.UNHEARD.format(1, 6)]
+    near = CORNERS | {2: (-1.5, -1.1, 1.9), 4: (-1.5, -1.0, 1.0)}
+    problems, notes, _ = Dmpc.check(graph(CORNERS, ALL), near, {})
+    assert (problems[0], notes) == (checks.TOO_NEAR.format(1, 2, 0.4, 0.5), [])
+    assert not any("drones 1 and 4" in problem for problem in problems)  # r_min apart
+    problems, notes, _ = Dmpc.check(graph(CORNERS, ALL[2:]), CORNERS | {2: near[2]}, {})
+    assert (problems, notes) == ([], [checks.UNHEARD.format(1, 6)])
