@@ -7,7 +7,7 @@ import traceback
 
 import flockwire_core.law
 from flockwire_core.law import Law
-from flockwire_core.objects import load_object
+from flockwire_core.objects import FAILURES, load_object
 from flockwire_core.parameters import law_settings
 from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm
@@ -46,6 +46,13 @@ def raised(error: BaseException) -> str:
     text = " ".join(f"{type(error).__name__}: {error}".split())
     if (wrong := UNEXPECTED.search(text)) is not None:
         text += meant(wrong[2], getattr(getattr(flockwire_core.law, wrong[1], None), "_fields", ()))
-    elif isinstance(error, AttributeError) and error.obj is not None:
-        text += meant(error.name, dir(error.obj))
+    elif isinstance(error, AttributeError) and error.obj is not None and error.name not in (names := _names(error.obj)):
+        text += meant(error.name, names)
     return text + (f" ({' > '.join(places)})" if places else "")
+
+
+def _names(found: object) -> list[str]:
+    try:
+        return dir(found)
+    except FAILURES:  # a user's object
+        return []

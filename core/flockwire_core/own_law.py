@@ -38,6 +38,7 @@ from flockwire_core.wire.sighting import sensed
 START = 1_790_000_000 * SECOND  # Unix ns of a dry flight
 OFF_PLACE: Vector = (0.1, -0.2, 0.05)  # m, of a drone from its place in a dry step
 IN_FORMATION = "flies in formation"
+UNDECLARED = "has no `information`, which says what it sees and sends; nothing: Information(leaders=(0, 1))"
 NONE = "what `information` does not declare, or is not known yet, is None"
 BESIDE: Vector = (0.6, 0.8, 0.0)  # m, from a drone to a nearby body in a dry step
 
@@ -72,6 +73,9 @@ def law_problems(swarm: Swarm) -> Iterator[Problem]:
     except TypeError as error:
         yield Problem("control.law", str(error))
     else:
+        if not (swarm.control.elsewhere or hasattr(law, "information")):
+            yield Problem("control.law", UNDECLARED)
+            return
         yield from (Problem("control.law", rule) for rule in _contradictions(declared, swarm))
         if hasattr(law, "plan") is not (declared.deadline > 0.0):
             yield Problem("control.law", "a method plan and a deadline > 0 in its information belong together: add one")
@@ -177,7 +181,7 @@ def law_failures(swarm: Swarm) -> Iterator[Problem]:
 
 
 def _explained(error: BaseException) -> str:
-    is_none = isinstance(error, TypeError) and "NoneType" in str(error)
+    is_none = isinstance(error, TypeError | AttributeError) and "NoneType" in str(error)
     return raised(error) + (f"; {NONE}" if is_none else "")
 
 

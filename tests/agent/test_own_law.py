@@ -17,11 +17,10 @@ from flockwire_agent.gains import PaperGains
 from flockwire_core import law
 from flockwire_core.law import check_decision
 from flockwire_core.loading import SwarmFileError, load_swarm
-from flockwire_core.own_law import NONE, load_law
+from flockwire_core.own_law import NONE, UNDECLARED, load_law
 from flockwire_core.parameters import law_settings
 from flockwire_core.swarm.laws import BUILT_IN
 from flockwire_core.swarm.model import Swarm
-from flockwire_core.wire.information import UNDECLARED
 
 STARTS = [[0.0, 0.0], [1.6, 0.3], [-1.4, 0.2]]
 PLACES = {1: [1.0, 1.0, 0.0], 2: [-1.0, 1.0, 0.0]}

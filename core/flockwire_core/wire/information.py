@@ -13,8 +13,6 @@ from flockwire_core.objects import FAILURES, load_object
 from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm
 
-UNDECLARED = "has no `information`, which says what it sees and sends; nothing: Information()"
-
 
 def information_of(swarm: Swarm) -> Information:
     """Return what the law declares; for one that cannot be loaded, as where only its trace is read, RELAYING."""
@@ -49,9 +47,7 @@ def numbers(count: int) -> Any:  # noqa: ANN401  (a class)
 
 @lru_cache(maxsize=16)
 def _of_class(law: str) -> Information:
-    found = getattr(load_object(law), "information", None)
-    if found is None:
-        raise TypeError(UNDECLARED)
+    found = getattr(load_object(law), "information", Information())
     if not isinstance(found, Information):
         raise TypeError(f"its information must be an Information, not {found!r}")
     for name, default in Information._field_defaults.items():

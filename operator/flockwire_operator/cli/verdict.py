@@ -116,7 +116,7 @@ def _filter(summary: Summary) -> Iterator[str]:
 
 def _errors(name: str, figures: ErrorFigures) -> str:
     settled = "never settled" if figures.settled_s is None else f"settled after {figures.settled_s:.1f} s"
-    if figures.max_tail is None:
+    if figures.max_tail is figures.settled_s is None:
         return f"{name + ' error':<22}not measured"
     errors = f"{_millimetres(figures.max_tail)} at most, {_millimetres(figures.rms_tail)} rms"
     return f"{name + ' error':<22}{errors} in the last 30 %, {settled}"
