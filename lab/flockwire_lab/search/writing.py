@@ -37,19 +37,15 @@ def write_search(
 ) -> None:
     """Write search.json: the least margin of each property, commands of worst and shrunk flights, the corpus again."""
     worst = worst_of(found)
+    least = {name: found[number].margins[name] for name, number in worst.items()}
     content = {
         "flights": len(found),
         "refused": sum(bool(judged.refused) for judged in found.values()),
         "violating": sum(bool(judged.violations) for judged in found.values()),
         "cells": len({judged.cell for judged in found.values() if judged.margins}),
         "least": {
-            name: {
-                "margin": found[number].margins[name].value,
-                "flight": number,
-                "what": found[number].margins[name].what,
-            }
-            | {"command": commands.get(name, "")}
-            for name, number in worst.items()
+            name: {"margin": one.value, "flight": worst[name], "what": one.what, "command": commands.get(name, "")}
+            for name, one in least.items()
         },
         "violations": shrunk,
         "corpus": {"flown": again.flown, "changed": again.changed, "worse": again.worse},
