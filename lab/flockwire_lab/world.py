@@ -171,9 +171,8 @@ class World:
         return make
 
     def _clock(self, identity: str) -> LocalClock:
-        owner = (
-            identity if len(self.swarm.hosts) == 1 else self.plan.hosts[identity]
-        )  # processes of a host share its clock
+        # Processes of a host share its clock.
+        owner = identity if len(self.swarm.hosts) == 1 else self.plan.hosts[identity]
         table, chance = self.swarm.sim, self._chance(f"clock {owner}")
         if identity in self._operators:
             return LocalClock(EPOCH)
@@ -197,16 +196,9 @@ class World:
     def _link(self, ends: tuple[str, str], usual: Conditions) -> VirtualLink:
         judged = self._operators.intersection(ends)
         conditions = Conditions(usual.delay) if judged else usual  # processes that judge the flight receive everything
-        link = VirtualLink(
-            ends,
-            conditions,
-            self._seed,
-            self.scheduler,
-            self.processes[ends[1]].deliver,
-            self._branches(" > ".join(ends)),
-        )
-        self.links[ends] = link
-        return link
+        deliver, branches = self.processes[ends[1]].deliver, self._branches(" > ".join(ends))
+        self.links[ends] = VirtualLink(ends, conditions, self._seed, self.scheduler, deliver, branches)
+        return self.links[ends]
 
     def _branches(self, where: str) -> RareBranches | None:
         return None if self._rare is None else RareBranches(self._rare, self._chance(f"rare {where}"))

@@ -13,17 +13,6 @@ from flockwire_analysis.summary import summarise
 from flockwire_analysis.tracking import Errors, formation_errors, observation_errors
 
 __all__ = [
-    "Check",
-    "Errors",
-    "ExportError",
-    "Summary",
-    "Trace",
-    "formation_errors",
-    "observation_errors",
-    "open_trace",
-    "read_trace",
-    "summarise",
-    "write_csv",
-    "write_parquet",
-    "write_report",
-]
+    "Check", "Errors", "ExportError", "Summary", "Trace", "formation_errors", "observation_errors", "open_trace",
+    "read_trace", "summarise", "write_csv", "write_parquet", "write_report",
+]  # fmt: skip

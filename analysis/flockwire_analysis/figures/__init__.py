@@ -15,21 +15,10 @@ from flockwire_analysis.figures.trajectories import trajectories
 from flockwire_analysis.recorded import Trace
 
 FIGURES: tuple[Callable[[Canvas], Picture | None], ...] = (
-    trajectories,
-    errors.formation,
-    errors.observation,
-    errors.convergence,
-    motion.positions,
-    motion.estimates,
-    motion.speeds,
-    motion.commands,
-    motion.accelerations,
-    distances.between_drones,
-    distances.to_obstacles,
-    latency,
-    motion.signals,
-    graph,
-)
+    trajectories, errors.formation, errors.observation, errors.convergence, motion.positions, motion.estimates,
+    motion.speeds, motion.commands, motion.accelerations, distances.between_drones, distances.to_obstacles, latency,
+    motion.signals, graph,
+)  # fmt: skip
 
 
 def draw(trace: Trace, out: Path, vector: bool = False) -> tuple[Picture, ...]:

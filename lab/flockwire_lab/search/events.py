@@ -80,13 +80,7 @@ class EventInjector:
     `recorder` is told of each, and tells whether all drones are down.
     """
 
-    def __init__(
-        self,
-        world: World,
-        events: tuple[Event, ...],
-        faults: tuple[Fault, ...],
-        recorder: Recorder,
-    ) -> None:
+    def __init__(self, world: World, events: tuple[Event, ...], faults: tuple[Fault, ...], recorder: Recorder) -> None:
         self.world_ended = False
         self._world, self._events, self._faults, self._recorder = world, events, faults, recorder
         self.moving = {KINEMATICS.kind, *(name for name, row in world.plan.rows.items() if row.driver)}  # the airframes

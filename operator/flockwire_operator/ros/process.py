@@ -58,10 +58,8 @@ class RosProcess:
             topic = self.core.steering.topic
             self._steering = node.subscribe(topic.name, topic.ros_type)
             node.watch()
-        self.core.mirror, self.core.dropped = (
-            Mirror(self._plan),
-            lambda: counted(("not published", self._outgoing.dropped), *node.counts.items()),
-        )
+        self.core.mirror = Mirror(self._plan)
+        self.core.dropped = lambda: counted(("not published", self._outgoing.dropped), *node.counts.items())
         self._node = node
 
     def joined(self, task: asyncio.Task[None]) -> None:

@@ -18,17 +18,8 @@ from rich.text import Text
 
 SILENT = SECOND  # ns without a status
 DRONES = (
-    "drone",
-    "phase",
-    "formation",
-    "x m",
-    "y m",
-    "height m",
-    "battery",
-    "formation\nerror mm",
-    "pose\nms",
-    "rate\nHz",
-)
+    "drone", "phase", "formation", "x m", "y m", "height m", "battery", "formation\nerror mm", "pose\nms", "rate\nHz",
+)  # fmt: skip
 OTHERS = ("process", "phase", "rate Hz", "delay > 1 ms", "CPU", "MB", "links", "rejected")
 _PHASE_STYLES: Mapping[str, str] = {
     Phase.GROUNDED: "yellow", Phase.WAITING: "yellow", Phase.LANDING: "yellow", Phase.STOPPED: "bold red",
