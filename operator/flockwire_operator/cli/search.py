@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from flockwire_core.swarm.wording import InputError
@@ -11,7 +11,7 @@ from flockwire_lab.search import corpus
 from flockwire_lab.search.campaign import Entry, conduct
 from flockwire_lab.search.choosing import Candidate, worst_of
 from flockwire_lab.search.corpus import Again, Corpus
-from flockwire_lab.search.flight import Judged, Order, fly, fly_numbered
+from flockwire_lab.search.flight import fly, fly_numbered
 from flockwire_lab.search.shrinking import shrunk
 from flockwire_lab.search.space import SearchPlan, Space, usual_space
 from flockwire_lab.search.writing import read_case, write_case, write_search
@@ -21,7 +21,7 @@ from flockwire_lab.study.ledger import Ledger, is_of
 from flockwire_lab.study.variation import Table, rehearse
 from flockwire_lab.study.workers import Workers
 
-from flockwire_operator.cli.study import naming, place, read, shown, write_coverage
+from flockwire_operator.cli.study import naming, place, read, shown, verdict, write_coverage
 
 
 def search(
@@ -89,9 +89,6 @@ def _fly(
     """Fly what the ledger lacks; returns why it stopped early, or nothing."""
     violating = 0
 
-    def flown(orders: Iterable[Order]) -> Iterator[tuple[int, Judged]]:
-        return study_workers.conduct(orders, workers, fly_numbered)
-
     def run(advance: Callable[[str], None]) -> None:
         def step(entry: Entry) -> bool:
             nonlocal violating
@@ -99,7 +96,7 @@ def _fly(
             advance(f"{violating} with a violation")
             return first and violating > 0
 
-        conduct(plan, space, ledger, flown, step, known)
+        conduct(plan, space, ledger, lambda orders: study_workers.conduct(orders, workers, fly_numbered), step, known)
 
     return shown(run, plan.runs, 0, "0 with a violation")
 
@@ -123,12 +120,6 @@ def _conclude(space: Space, entries: dict[int, Entry], out: Path, stopped: str, 
     write_search(found, commands, smallest, again, out)
     print(f"  search: {out / 'search.json'}")
     write_coverage((judged.events for judged in found.values()), out)
-    if stopped:
-        print(f"flockwire: {stopped}; the same command continues", file=sys.stderr)
-        return 1
     violating = sum(bool(judged.violations) for judged in found.values())
-    if violating:
-        print(f"flockwire: {violating} of {len(found)} flights violate a property", file=sys.stderr)
-        return 1
-    print(f"flockwire: no violation in {len(found)} flights")
-    return 0
+    failed = f"{violating} of {len(found)} flights violate a property" if violating else ""
+    return verdict(stopped, failed, f"no violation in {len(found)} flights")

@@ -68,7 +68,8 @@ def study(
         write_study(findings, checked, out, pdf)
         _print(findings, out)
         write_coverage((result.events for result in ledger.results), out)
-    return _verdict(findings, stopped)
+    failed = f"{findings.failures} of {len(findings.results)} runs failed" if findings.failures else ""
+    return verdict(stopped, failed, f"all {len(findings.results)} runs well")
 
 
 def compare_laws(swarm: Path, laws: Sequence[str], options: dict[str, object], out: Path, jobs: int) -> int:
@@ -196,12 +197,8 @@ def _print(findings: Findings, out: Path) -> None:
     print(f"  study: {out / 'study.html'}")
 
 
-def _verdict(findings: Findings, stopped: str) -> int:
-    if stopped:
-        print(f"flockwire: {stopped}; the same command continues", file=sys.stderr)
-        return 1
-    if findings.failures:
-        print(f"flockwire: {findings.failures} of {len(findings.results)} runs failed", file=sys.stderr)
-        return 1
-    print(f"flockwire: all {len(findings.results)} runs well")
-    return 0
+def verdict(stopped: str, failed: str, well: str) -> int:
+    """Print why it `stopped` early, else what `failed`, else that all is `well`; returns the exit status."""
+    bad = f"{stopped}; the same command continues" if stopped else failed
+    print(f"flockwire: {bad or well}", file=sys.stderr if bad else sys.stdout)
+    return 1 if bad else 0
