@@ -54,11 +54,6 @@ class Judged:
     cell: tuple[str, str, str] = ("", "", "")  # of the least margin: last reaction, last fault, phase
     events: dict[str, int] = field(default_factory=dict)  # how often each happened (coverage.py)
 
-    @classmethod
-    def broken(cls, error: str) -> Judged:
-        """Return the result of a flight that ended with an exception."""
-        return cls({"error": Margin(-1.0, 0.0, "", error)}, failure=error)
-
     @property
     def least(self) -> tuple[float, str]:
         """The least margin and its property; infinite without any."""
@@ -157,7 +152,8 @@ def fly_numbered(order: Order) -> tuple[int, Judged]:
     try:
         return number, fly(case)
     except Exception as error:  # a user's law may raise anything
-        return number, Judged.broken(f"{type(error).__name__}: {error}")
+        failure = f"{type(error).__name__}: {error}"
+        return number, Judged({"error": Margin(-1.0, 0.0, "", failure)}, failure=failure)
 
 
 def judge(flown: Flown, recorder: Recorder, faults: list[Table], bounds: Bounds = BOUNDS) -> Judged:

@@ -19,6 +19,7 @@ from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector
 from flockwire_core.pilot.reactions import TABLE
 from flockwire_core.swarm.model import uav
+from flockwire_core.wire.keys import Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import Status
@@ -46,8 +47,7 @@ class Recorder:
         self.took_off: int | None = None  # when the first order was given, Unix ns
         self._at = EPOCH
         self._truth: dict[str, list[tuple[int, Vector]]] = defaultdict(list)
-        self._poses: dict[str, list[int]] = defaultdict(list)
-        self._commands: dict[str, list[int]] = defaultdict(list)
+        self._stamps: dict[Key, list[int]] = defaultdict(list)  # of poses and commands
         self._reports: dict[str, list[tuple[int, Status]]] = defaultdict(list)
         self._telemetries: dict[str, list[tuple[int, Telemetry]]] = defaultdict(list)
         self._phases: dict[str, tuple[str, str]] = {}
@@ -56,8 +56,8 @@ class Recorder:
         self.stopped: int | None = None  # when an emergency stop was ordered first
         self._landing: int | None = None  # when another station ordered it, after which it ordered no start
         self._refused: list[tuple[float, str]] = []
-        self._take = {"truth": self._place, "status": self._status, "telemetry": self._telemetry, "pose": self._pose,
-                      "command": self._command, "mission": self._mission, "stop": self._stop}  # fmt: skip
+        self._take = {"truth": self._place, "status": self._status, "telemetry": self._telemetry, "pose": self._stamp,
+                      "command": self._stamp, "mission": self._mission, "stop": self._stop}  # fmt: skip
 
     def take(self, published: Published) -> None:
         """Receive what is published."""
@@ -77,9 +77,6 @@ class Recorder:
         """Note that the second station ordered `verb` at `at` (Unix ns)."""
         if verb in ("land", "start"):
             self._landing = at if verb == "land" else None
-
-    def _since_landing(self) -> float:
-        return 0.0 if self._landing is None else (self._at - self._landing) / SECOND
 
     def tell(self, what: str) -> None:
         """Pass on what happens."""
@@ -113,8 +110,8 @@ class Recorder:
             self._swarm,
             {owner: self._times([at for at, _ in rows]) for owner, rows in self._truth.items()},
             {owner: np.array([place for _, place in rows]) for owner, rows in self._truth.items()},
-            {owner: self._times(stamps) for owner, stamps in self._poses.items()},
-            {owner: self._times(stamps) for owner, stamps in self._commands.items()},
+            {key.owner: self._times(stamps) for key, stamps in self._stamps.items() if key.kind == "pose"},
+            {key.owner: self._times(stamps) for key, stamps in self._stamps.items() if key.kind == "command"},
             {owner: self._reported(rows) for owner, rows in self._reports.items()},
             {owner: self._stated(rows) for owner, rows in self._telemetries.items()},
             self.took_off is not None,
@@ -169,11 +166,8 @@ class Recorder:
     def _place(self, published: Published) -> None:
         self._truth[published.key.owner].append((published.at, _opened(published, Pose).position))
 
-    def _pose(self, published: Published) -> None:
-        self._poses[published.key.owner].append(published.at)
-
-    def _command(self, published: Published) -> None:
-        self._commands[published.key.owner].append(published.at)
+    def _stamp(self, published: Published) -> None:
+        self._stamps[published.key].append(published.at)
 
     def _status(self, published: Published) -> None:
         status = _opened(published, Status)
@@ -185,8 +179,8 @@ class Recorder:
         if self._phases.get(owner) != (report.phase, report.detail):
             self._phases[owner] = (report.phase, report.detail)
             self.tell(f"{status.identity}: {report.phase} {report.detail}")
-            if report.phase == Phase.TAKEOFF and (since := self._since_landing()) > 0.0:
-                self._refused.append((since, owner))
+            if report.phase == Phase.TAKEOFF and self._landing is not None and self._at > self._landing:
+                self._refused.append(((self._at - self._landing) / SECOND, owner))
         if report.code:
             self._reached(report.code)
 
