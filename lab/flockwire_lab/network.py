@@ -85,11 +85,6 @@ class Conditions(Frozen):
     loss: float = 0.0
     reordering: float = 0.0
 
-    @classmethod
-    def usual(cls, table: Sim) -> Conditions:
-        """Return the swarm file's conditions for all links."""
-        return cls(table.delay, table.jitter, table.loss, table.reordering)
-
 
 @mypyc_attr(allow_interpreted_subclasses=True)
 class DirectedLink:

@@ -180,7 +180,8 @@ class World:
         return LocalClock(EPOCH, nanoseconds(offset), nanoseconds(drift))
 
     def _connect(self) -> None:
-        usual = Conditions.usual(self.swarm.sim)
+        table = self.swarm.sim
+        usual = Conditions(table.delay, table.jitter, table.loss, table.reordering)
         places = {identity: {key: k for k, key in enumerate(p.subscribed)} for identity, p in self.processes.items()}
         for key, publishers, subscribers in self.plan.flows:
             for publisher in publishers:

@@ -16,11 +16,7 @@ class Pipe:
 
     def __init__(self, direction: Direction) -> None:
         self.stream = Stream(direction)
-        self._changed, self._room = asyncio.Event(), asyncio.Event()
-
-    def check(self) -> None:
-        """Check the held bytes again: the link changed."""
-        self._changed.set()
+        self.changed, self._room = asyncio.Event(), asyncio.Event()  # held bytes or the link changed; there is room
 
     async def fill(self, reader: asyncio.StreamReader) -> None:
         """Receive bytes up to their end, while there is room; any failure is an end."""
@@ -32,7 +28,7 @@ class Pipe:
             except OSError:
                 data = END
             self.stream.take(data, asyncio.get_running_loop().time())
-            self._changed.set()
+            self.changed.set()
             while self.stream.full:
                 self._room.clear()
                 await self._room.wait()
@@ -43,11 +39,11 @@ class Pipe:
             while await self._write_due(writer):
                 with contextlib.suppress(TimeoutError):
                     async with asyncio.timeout_at(self.stream.next_arrival()):
-                        await self._changed.wait()
+                        await self.changed.wait()
 
     async def _write_due(self, writer: asyncio.StreamWriter) -> bool:
         """Write what is due; returns whether more may follow."""
-        self._changed.clear()
+        self.changed.clear()
         for data in self.stream.due(asyncio.get_running_loop().time()):
             if data == END:
                 writer.write_eof()
@@ -154,4 +150,4 @@ class Relay:
             self._passable.clear()
         for connection in self.connections:
             for pipe in connection.pipes:
-                pipe.check()
+                pipe.changed.set()

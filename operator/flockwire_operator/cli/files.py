@@ -85,7 +85,7 @@ def check(
     from flockwire_core.security.pki import expiring  # noqa: PLC0415
 
     from flockwire_operator.station.answers import description, text  # noqa: PLC0415  (numpy)
-    from flockwire_operator.station.check import describe, law_problem, warnings  # noqa: PLC0415  (numpy)
+    from flockwire_operator.station.check import describe, warnings  # noqa: PLC0415  (numpy)
     from flockwire_operator.station.prediction import predicted  # noqa: PLC0415
 
     plan = load(swarm)
@@ -93,7 +93,7 @@ def check(
         raise typer.Exit(_check_live(plan, keys_folder(swarm, plan, keys), as_json))
     checked = law_check(plan.swarm)
     if checked[0]:
-        refuse("\n".join(f"{swarm}: {law_problem(plan.swarm, problem)}" for problem in checked[0]))
+        refuse("\n".join(f"{swarm}: control.law = {plan.swarm.control.law!r}: {one}" for one in checked[0]))
     expired = expiring(plan, keys_folder(swarm, plan, keys), clock.utc())
     if as_json:
         print(text(description(plan, [*warnings(plan.swarm), *predicted(plan.swarm, duration), *expired])))

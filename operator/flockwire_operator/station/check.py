@@ -85,11 +85,6 @@ def _law(swarm: Swarm, checked: Checked) -> Iterator[str]:
     yield from (f"  {note}" for note in notes)
 
 
-def law_problem(swarm: Swarm, problem: str) -> str:
-    """Return a problem of the law's own check as text."""
-    return f"control.law = {swarm.control.law!r}: {problem}"
-
-
 def _lemma(swarm: Swarm) -> Iterator[str]:
     observer = swarm.observer
     if swarm.sole_leader is None:

@@ -9,7 +9,6 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
 
 from flockwire_core.locking import EXCLUSIVE, NOW, lock, opened
 from flockwire_core.wire.command_line import FilePaths, arguments
@@ -72,19 +71,15 @@ def alone(host: Host) -> Iterator[None]:
     """
     key = host.keys / f"{next(iter(host.processes), '')}.key"
     with opened(key) if key.exists() else nullcontext() as held:
-        if held is not None:
-            _lock(held, host.keys)
+        try:
+            if held is not None:
+                lock(held, EXCLUSIVE | NOW)
+        except BlockingIOError:
+            raise PortInUseError(f"{host.keys}: another `flockwire up` flies with these keys; end it first") from None
         if busy := busy_endpoint(host.plan, host.processes):
             flies = as_flown(host.swarm_file) is not None
             raise PortInUseError(STILL_FLIES.format(file=host.swarm_file) if flies else busy)
         yield
-
-
-def _lock(held: BinaryIO, keys: Path) -> None:
-    try:
-        lock(held, EXCLUSIVE | NOW)
-    except BlockingIOError:
-        raise PortInUseError(f"{keys}: another `flockwire up` flies with these keys; end it first") from None
 
 
 def busy_endpoint(plan: Plan, identities: Iterable[str]) -> str:

@@ -106,7 +106,11 @@ def _lines(given: Given, places: list[list[float]], world: tuple[str, ...]) -> I
         elif table == AIRFRAME:
             yield from ("", *world, *islice(_table(table, tables[table], given.get(table, {})), 1, None))
         elif not {"NAME", "N"}.intersection(table.split(".")):
-            yield from _table(table, _of_kind(tables[table], given.get(table, {})), given.get(table, {}))
+            values = given.get(table, {})
+            keys = [
+                key for key in tables[table] if key.kind in ("", values.get("kind"))
+            ]  # of a table with several kinds
+            yield from _table(table, keys, values)
 
 
 def _table(table: str, keys: list[Key], given: dict[str, Any]) -> Iterator[str]:
@@ -118,11 +122,6 @@ def _table(table: str, keys: list[Key], given: dict[str, Any]) -> Iterator[str]:
         purpose = re.split(r"[.:;,]", keys[0].table["purpose"])[0]
         yield f"{f'[{table}]' if given else f'# [{table}]':<{WIDTH}}# {purpose}"
     yield from shown_keys
-
-
-def _of_kind(keys: list[Key], given: dict[str, Any]) -> list[Key]:
-    """Return the keys of the given kind of a table that has several."""
-    return [key for key in keys if key.kind in ("", given.get("kind"))]
 
 
 def _keys(keys: list[Key], given: dict[str, Any]) -> Iterator[str]:
@@ -203,18 +202,14 @@ def test_all_reach_their_places(virtual_swarm):
 '''
 
 
-def class_name(name: str) -> str:
-    """Return the class of the law in NAME.py: my_law has MyLaw."""
-    return "".join(part[:1].upper() + part[1:] for part in name.split("_"))
-
-
 def write_law(folder: Path, name: str) -> tuple[Path, Path, Path]:
     """Write NAME.py, NAME.toml and test_NAME.py, and return them; raises FileExistsError before any is written."""
+    class_name = "".join(part[:1].upper() + part[1:] for part in name.split("_"))  # my_law has MyLaw
     texts = {f"{name}.py": LAW, f"{name}.toml": SWARM, f"test_{name}.py": TEST}
     law, swarm, test = (folder / file for file in texts)
     for file in (law, swarm, test):
         if file.exists():
             raise FileExistsError(str(file))
     for file, text in zip((law, swarm, test), texts.values(), strict=True):
-        file.write_text(text.replace("NAME", name).replace("CLASS", class_name(name)), encoding="utf-8")
+        file.write_text(text.replace("NAME", name).replace("CLASS", class_name), encoding="utf-8")
     return law, swarm, test
