@@ -15,7 +15,7 @@ from pathlib import Path
 from flockwire_core import clock
 from flockwire_core.ground.order import ENDING, Answer, Order
 from flockwire_core.runtime.session import UNKNOWN, RouterAbsentError, Session
-from flockwire_core.security.files import default_folder, files_of
+from flockwire_core.security.files import files_of
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import OPERATOR
 
@@ -32,12 +32,12 @@ SLOW = "{who} runs, but was not linked in time"
 UNEXPLAINED = "no link to {who} ({where}); QUIC does not report why"
 
 
-async def give(plan: Plan, keys: Path | None, order: Order) -> Answer:
+async def give(plan: Plan, keys: Path, order: Order) -> Answer:
     """Give one order that was requested at the start of this process; raises CredentialsError."""
     try:
         session = Session(plan, OPERATOR.kind, keys, verified=order.verb not in ENDING)
     except RouterAbsentError:
-        why = await why_unlinked(plan, keys, OPERATOR.kind, plan.routers)
+        why = await why_unlinked(plan, keys, plan.routers)
         return Answer(refusal=f"the router at {plan.endpoints[plan.routers[0]]} does not answer: {why}")
     with session:
         operator = Operator(plan, session)
@@ -52,7 +52,7 @@ async def obey(operator: Operator, order: Order, ago: float = 0.0) -> Answer:
     return await operator.run(lambda _: answers[0] if answers else None)
 
 
-async def _explained(answer: Answer, plan: Plan, keys: Path | None, session: Session, heard: bool) -> Answer:
+async def _explained(answer: Answer, plan: Plan, keys: Path, session: Session, heard: bool) -> Answer:
     """Return a bad answer with the causes of missing links; `heard`: a process was linked."""
     linked, dialled = session.linked(), plan.dials[OPERATOR.kind]
     absent = [other for other in dialled if other not in linked]
@@ -60,29 +60,29 @@ async def _explained(answer: Answer, plan: Plan, keys: Path | None, session: Ses
         return answer
     if heard and len(absent) == len(dialled):
         return answer._replace(refusal=f"{answer.failure}; no process is linked any more")
-    why = await why_unlinked(plan, keys, OPERATOR.kind, absent)
+    why = await why_unlinked(plan, keys, absent)
     if len(absent) == len(dialled):
         return answer._replace(refusal=f"nothing was sent: no process is linked: {why}")
     return answer._replace(refusal=f"{answer.failure}; {why}")
 
 
-async def why_unlinked(plan: Plan, keys: Path | None, one: str, others: Iterable[str]) -> str:
-    """Return why `one` is not linked to `others`, which it dials: a clause for each cause."""
-    folder, wanted = keys or default_folder(plan.swarm.name), list(others)
-    context = _context(plan, folder, one)
-    causes = await asyncio.gather(*(_cause(plan, plan.dialled(one, other), context) for other in wanted))
+async def why_unlinked(plan: Plan, keys: Path, others: Iterable[str]) -> str:
+    """Return why the operator is not linked to `others`, which it dials: a clause for each cause."""
+    wanted = {other: plan.dialled(OPERATOR.kind, other) for other in others}
+    context = _context(plan, keys)
+    causes = await asyncio.gather(*(_cause(plan, endpoint, context) for endpoint in wanted.values()))
     clauses = []
     for cause in dict.fromkeys(causes):
         named = [other for other, found in zip(wanted, causes, strict=True) if found == cause]
-        where = f"{plan.dialled(one, named[0])}, network.base_port = {plan.swarm.network.base_port}"
-        clauses.append(cause.format(who=", ".join(named), where=where, keys=folder))
+        where = f"{wanted[named[0]]}, network.base_port = {plan.swarm.network.base_port}"
+        clauses.append(cause.format(who=", ".join(named), where=where, keys=keys))
     return "; ".join(clauses)
 
 
-def _context(plan: Plan, folder: Path, identity: str) -> ssl.SSLContext | None:
+def _context(plan: Plan, keys: Path) -> ssl.SSLContext | None:
     if plan.swarm.network.security == "none":
         return None
-    files = files_of(folder, identity)
+    files = files_of(keys, OPERATOR.kind)
     try:
         context = ssl.create_default_context(cafile=files.authority)
         context.load_cert_chain(files.certificate, files.key)

@@ -294,12 +294,12 @@ def test_a_formation_is_changed_though_one_is_silent(swarm):
     assert (answer.confirmed, answer.missing) == (("leader", "uav1", "uav2", "uav4"), ("uav3",))
 
 
-def test_a_router_that_is_not_there_is_reported_at_once(make_plan, monkeypatch):
+def test_a_router_that_is_not_there_is_reported_at_once(make_plan, monkeypatch, tmp_path):
     def absent(*_, **__):
         raise RouterAbsentError
 
     monkeypatch.setattr(giving, "Session", absent)
-    answer = asyncio.run(giving.give(make_plan({"network.mode": "router"}), None, Order("stop")))
+    answer = asyncio.run(giving.give(make_plan({"network.mode": "router"}), tmp_path, Order("stop")))
     assert answer.refusal == (
         "the router at 127.0.0.1:7454 does not answer: "
         "no process listens at the address of router (127.0.0.1:7454, network.base_port = 7450)"

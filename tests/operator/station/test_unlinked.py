@@ -33,7 +33,7 @@ def plan(make_plan, base, keys):
 
 
 def why(plan, keys, *others):
-    return asyncio.run(why_unlinked(plan, keys, "operator", others))
+    return asyncio.run(why_unlinked(plan, keys, others))
 
 
 def test_no_process_listens(plan, keys, base):
