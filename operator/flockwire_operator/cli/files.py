@@ -26,14 +26,7 @@ if TYPE_CHECKING:
     from flockwire_operator.station.conversion import Track
 
 app = typer.Typer()
-
-
-class Target(StrEnum):
-    """Where a swarm is deployed to."""
-
-    COMPOSE = "compose"
-    SYSTEMD = "systemd"
-    ANSIBLE = "ansible"
+Target = StrEnum("Target", ["COMPOSE", "SYSTEMD", "ANSIBLE"])  # where a swarm is deployed to
 
 
 @app.command()

@@ -13,21 +13,8 @@ from flockwire_operator.cli.inputs import refuse, unwritable
 from flockwire_operator.station.terminal.progress import progress
 
 app = typer.Typer()
-
-
-class View(StrEnum):
-    """From where a moving picture shows a flight."""
-
-    ABOVE = "above"
-    SIDE = "side"
-    SPACE = "3-D"
-
-
-class Form(StrEnum):
-    """The formats of tables."""
-
-    CSV = "csv"
-    PARQUET = "parquet"
+View = StrEnum("View", {"ABOVE": "above", "SIDE": "side", "SPACE": "3-D"})  # from where a picture shows a flight
+Form = StrEnum("Form", ["CSV", "PARQUET"])  # of tables
 
 
 @app.command()
