@@ -32,17 +32,17 @@ if TYPE_CHECKING:
     from flockwire_lab.flight import Flight
 
 app = typer.Typer()
-
-
+UntilLanding = Annotated[
+    float, typer.Option(min=0.0, callback=finite, help="Seconds from take-off to landing; 0: until Ctrl-C.")
+]
+RandomStarts = Annotated[str | None, typer.Option(metavar="WxD", help="Random starts in a box in m, like 6x6.")]
 NO_TRACE = "--out = {out}: there is no trace of this flight; does the recorder run, with this folder?"
 
 
 @app.command()
 def up(
     swarm: SwarmFile,
-    duration: Annotated[
-        float, typer.Option(min=0.0, callback=finite, help="Seconds from take-off to landing; 0: until Ctrl-C.")
-    ] = 40.0,
+    duration: UntilLanding = 40.0,
     out: Annotated[Path | None, typer.Option(help="Folder for trace, report and logs [runs/NAME-TIME].")] = None,
     headless: Annotated[bool, typer.Option("--headless", help="No live table.")] = False,
     keys: Keys = None,
@@ -79,9 +79,7 @@ def up(
 @app.command()
 def conduct(
     swarm: SwarmFile,
-    duration: Annotated[
-        float, typer.Option(min=0.0, callback=finite, help="Seconds from take-off to landing; 0: until Ctrl-C.")
-    ] = 40.0,
+    duration: UntilLanding = 40.0,
     out: Annotated[
         Path | None, typer.Option(help="The folder of the recorder's dated folders; the newest gets the report.")
     ] = None,
@@ -193,9 +191,7 @@ def study(
     duration: Annotated[
         float | None, typer.Option(min=1.0, callback=finite, help="Seconds of each flight [20].")
     ] = None,
-    random_starts: Annotated[
-        str | None, typer.Option(metavar="WxD", help="Random starts in a box in m, like 6x6.")
-    ] = None,
+    random_starts: RandomStarts = None,
     jobs: Annotated[int, typer.Option(min=0, help="Number of processes; 0: one for each core.")] = 0,
     scheduler: Annotated[str, typer.Option(metavar="ADDRESS", help="Address of a Dask cluster to use instead.")] = "",
     pdf: Annotated[bool, typer.Option("--pdf", help="Write each figure as PDF too.")] = False,
@@ -257,9 +253,7 @@ def compare_laws(
     runs: Annotated[int, typer.Option(min=1, help="Flights of each law.")] = 20,
     seed: Annotated[int, typer.Option(min=0, help="Seed of the whole comparison.")] = 0,
     duration: Annotated[float, typer.Option(min=1.0, callback=finite, help="Seconds of each flight.")] = 20.0,
-    random_starts: Annotated[
-        str | None, typer.Option(metavar="WxD", help="Random starts in a box in m, like 6x6.")
-    ] = None,
+    random_starts: RandomStarts = None,
     jobs: Annotated[int, typer.Option(min=0, help="Number of processes; 0: one for each core.")] = 0,
 ) -> None:
     """Fly several laws from the same starts in virtual time; write one table as text, CSV, LaTeX and PDF."""
