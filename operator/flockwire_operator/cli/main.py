@@ -5,7 +5,6 @@ Exit status: 0 success; 1 a flight failed, with the reason on the last line; 2 b
 
 from __future__ import annotations
 
-from importlib.metadata import version
 from typing import Annotated, Any
 
 import typer
@@ -56,16 +55,8 @@ for kind, row in kinds.KINDS.items():
     app.command(kind, help=row.help, add_help_option=False, context_settings=unread)(_process)
 
 
-def _version(wanted: bool) -> None:
-    if wanted:
-        print(f"flockwire {version('flockwire')}")
-        raise typer.Exit
-
-
 @app.callback()
 def options(
-    wanted: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
-    ] = False,
+    wanted: Annotated[bool, typer.Option("--version", help="Print the version and exit.")] = False,  # entry.py does
 ) -> None:
     """Read the options before the command."""
