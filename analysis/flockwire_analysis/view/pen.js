@@ -20,14 +20,12 @@ const palette = {
   },
 };
 
-function arrow(pen, [x0, y0], [x1, y1]) {
+function arrow(pen, [x0, y0], [x1, y1], colour) {
   const length = Math.hypot(x1 - x0, y1 - y0) || 1;
   const [ux, uy] = [(x1 - x0) / length, (y1 - y0) / length];
   const [tipX, tipY] = [x1 - 10 * ux, y1 - 10 * uy];
-  pen.beginPath();
-  pen.moveTo(x0, y0);
-  pen.lineTo(tipX, tipY);
-  pen.stroke();
+  shape(pen, [[x0, y0], [tipX, tipY]], colour, [], false, 1, 1);
+  pen.fillStyle = colour;
   pen.beginPath();
   pen.moveTo(tipX, tipY);
   pen.lineTo(tipX - 7 * ux + 3.5 * uy, tipY - 7 * uy - 3.5 * ux);

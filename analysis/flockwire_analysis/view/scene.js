@@ -17,7 +17,7 @@ class Scene {
   begin(outline) {
     this.outline = outline;
     const [low, high] = outline.heights;
-    this.field = [...outline.fence.flatMap(([x, y]) => [[x, y, Math.max(low, 0)], [x, y, high]])];
+    this.field = outline.fence.flatMap(([x, y]) => [[x, y, Math.max(low, 0)], [x, y, high]]);
   }
 
   // `trails`: by drone, [x, y, z] or null where it is interrupted; `flown`: points that "flight" shows.
@@ -60,10 +60,8 @@ class Scene {
     const half = Math.max(camera.width, camera.height + camera.covered) / camera.scale / 2;
     const apart = Math.max(FINEST, APART / camera.scale);
     const text = (value) => `${Number(value.toFixed(1))}`;
-    pen.strokeStyle = palette.line;
     pen.fillStyle = palette.muted;
     pen.font = "11px system-ui, sans-serif";
-    pen.lineWidth = 1;
     const ticks = (low, high) => spaced(low, high, Math.min(MOST_LINES, (high - low) / apart));
     const round = (k) => ticks(camera.target[k] - half, camera.target[k] + half);
     if (!this.isSide() && !this.isFlat()) {
@@ -91,19 +89,10 @@ class Scene {
 
   rule(pen, x, y, text, bold = false) {
     const { width, height } = this.camera;
-    pen.lineWidth = bold ? 2 : 1;
-    pen.beginPath();
-    if (y === null) {
-      pen.moveTo(x, 0);
-      pen.lineTo(x, height);
-      pen.fillText(text, x + 3, height - 5);
-    } else {
-      pen.moveTo(0, y);
-      pen.lineTo(width, y);
-      if (y < height - 18) pen.fillText(text, 4, y - 3);
-    }
-    pen.stroke();
-    pen.lineWidth = 1;
+    const ends = y === null ? [[x, 0], [x, height]] : [[0, y], [width, y]];
+    shape(pen, ends, palette.line, [], false, 1, bold ? 2 : 1);
+    if (y === null) pen.fillText(text, x + 3, height - 5);
+    else if (y < height - 18) pen.fillText(text, 4, y - 3);
   }
 
   groundLine(pen, from, to, label, text, isRight) {
@@ -187,12 +176,10 @@ class Scene {
   }
 
   edges(pen, picture) {
-    pen.strokeStyle = pen.fillStyle = palette.muted;
     pen.globalAlpha = 0.45;
-    pen.lineWidth = 1;
     for (const [from, target] of this.outline.edges) {
       const [a, b] = [picture.drones[from]?.position, picture.drones[target]?.position];
-      if (a && b) arrow(pen, this.camera.to(a), this.camera.to(b));
+      if (a && b) arrow(pen, this.camera.to(a), this.camera.to(b), palette.muted);
     }
     pen.globalAlpha = 1;
   }

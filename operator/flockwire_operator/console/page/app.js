@@ -66,7 +66,6 @@ function begin(message) {
   curves = new Map();
   began = null;
   palette.followers = outline.drones.map(({ id }) => id).filter((id) => id !== 0);
-  palette.read();
   scene.begin(outline);
   document.title = $("name").textContent = outline.name;
   connected = message.orders ? "connected" : "connected, view only: the link lacks its token";
