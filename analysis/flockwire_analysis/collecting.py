@@ -82,7 +82,9 @@ class Collector:
         logged = self._log_time(logged)
         publisher = self._publishers.get(channel)
         if publisher is None:
-            publisher = self._publishers[channel] = self._make_publisher(key)
+            columns = None if key is None else self._columns.setdefault(key, Columns(key.kind))
+            judged = key is None or key in self.plan.judged
+            publisher = self._publishers[channel] = _Publisher(key, judged, columns)
         publisher.sequences.append(sequence)
         self._end = max(self._end, logged)
         if logged < self._begin or not self._begin:
@@ -92,10 +94,6 @@ class Collector:
         elif not publisher.watched or self._watch(publisher, channel, key, message):
             publisher.columns.size += size
             publisher.columns.add(message, publication_time(published, logged), logged, sequence)
-
-    def _make_publisher(self, key: Key | None) -> _Publisher:
-        columns = None if key is None else self._columns.setdefault(key, Columns(key.kind))
-        return _Publisher(key, key is None or key in self.plan.judged, columns)
 
     def _watch(self, publisher: _Publisher, channel: Hashable, key: Key, message: Message) -> bool:
         """Take a message of orders or statuses; returns whether it is no forgery."""

@@ -117,7 +117,9 @@ def offsets(trace: Trace, number: int, stamps: Integers) -> Floats:
             if index is None:
                 result[rows] = np.nan
                 continue
-            formation, which = _flown(trace, formations, mission, number, index)
+            won = index if mission.formation in trace.swarm.auctioned else None
+            rank = trace.swarm.followers.index(number)
+            formation, which = flown_place(formations, mission, rank, won)
             times = (stamps[rows] - mission.start) / SECOND
             result[rows] = [formation.offset(which, float(t)) for t in times] or np.empty((0, 3))
     return result
@@ -160,11 +162,3 @@ def _formations(trace: Trace, mission: Mission) -> dict[str, Formation] | None:
     named = {mission.formation} if mission.change is None else {mission.formation, mission.change.before}
     formations = {name: trace.swarm.build_formation(name) for name in named.intersection(trace.swarm.formation_names)}
     return formations if is_known(formations, mission) else None
-
-
-def _flown(
-    trace: Trace, formations: dict[str, Formation], mission: Mission, number: int, place: int
-) -> tuple[Formation, int]:
-    """Return the formation of an order, and the index in it of follower `number`, which has the `place`."""
-    held = place if mission.formation in trace.swarm.auctioned else None
-    return flown_place(formations, mission, trace.swarm.followers.index(number), held)

@@ -123,11 +123,7 @@ def _movers(flight: Sampled) -> list[list[Any]]:
     """
     sensed = list(moving_bodies(flight.trace, flight.stamps))
     every = 1 + len(MovingBody._fields) * sum(len(bodies) for _, bodies in sensed) // MOST_SENSED
-    return [[index, [_whole(one) for one in bodies]] for index, bodies in sensed[::every]]
-
-
-def _whole(body: MovingBody) -> list[int | None]:
-    return [None if metres is None else round(1000.0 * metres) for metres in body]
+    return [[index, _millimetres(np.array(bodies, np.float64).T)] for index, bodies in sensed[::every]]
 
 
 def _millimetres(values: Floats) -> list[list[int | None]]:

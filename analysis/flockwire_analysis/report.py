@@ -40,12 +40,8 @@ def _environment(package: str) -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["data_uri"] = _data_uri
+    environment.filters["data_uri"] = lambda png: f"data:image/png;base64,{b64encode(png.read_bytes()).decode()}"
     return environment
-
-
-def _data_uri(picture: Path) -> str:
-    return f"data:image/png;base64,{b64encode(picture.read_bytes()).decode()}"
 
 
 UNKNOWN = "\N{EN DASH}"

@@ -69,19 +69,14 @@ def animate(trace: Trace, path: Path, seconds: float = 10.0, view: str = "above"
         return _film(_frames(trace, max(FEWEST, round(seconds * FILM_RATE)), VIEWS[view], width), path)
     frames = _with_one_palette(list(_frames(trace, max(FEWEST, round(seconds * RATE)), VIEWS[view], width)))
     while True:
-        _write(frames, path, seconds)
+        step = round(1000 * seconds / len(frames))
+        frames[0].save(path, "GIF", save_all=True, append_images=frames[1:], duration=step, loop=0, optimize=False)
         if path.stat().st_size <= LARGEST:
             return path
         if len(frames) // 2 < FEWEST:
             path.unlink()
             raise ValueError(f"{path}: {len(frames)} frames take more than {LARGEST / 1e6:g} MB; choose fewer seconds")
         frames = frames[::2]
-
-
-def _write(frames: list[Image.Image], path: Path, seconds: float) -> None:
-    first, *others = frames
-    step = round(1000 * seconds / len(frames))
-    first.save(path, "GIF", save_all=True, append_images=others, duration=step, loop=0, optimize=False)
 
 
 def _film(frames: Iterator[Image.Image], path: Path) -> Path:

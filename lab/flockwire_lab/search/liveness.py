@@ -64,15 +64,12 @@ class Recovery:
         self._kept = self._kept + 1 if self._stands() else 0
         took = now - self._since
         if self._kept >= kept or (took > self._bound and self._started_again):
-            self._end(took)
+            self._took = took
+            self._recorder.tell(f"formation after {took:.2f} s")
+            self._order("land")
         elif not self._started_again and (took > self._bound or self._rest_on_ground()):
             self._started_again, self._since = True, now
             self._order("start")
-
-    def _end(self, took: float) -> None:
-        self._took = took
-        self._recorder.tell(f"formation after {took:.2f} s")
-        self._order("land")
 
     def _order(self, verb: str) -> None:
         self._world.station().ask(Order(verb))

@@ -27,15 +27,11 @@ def shrunk(case: Case, name: str, fly: Fly, most: int = 200) -> tuple[Case, int]
             if flights >= most:
                 return case, flights
             flights += 1
-            if _shows(fly(smaller), name):
+            margin = fly(smaller).margins.get(name)
+            if margin is not None and margin.violated:
                 case, changed = smaller, True
                 break
     return case, flights
-
-
-def _shows(judged: Judged, name: str) -> bool:
-    margin = judged.margins.get(name)
-    return margin is not None and margin.violated
 
 
 def _smaller(case: Case) -> Iterator[Case]:

@@ -73,7 +73,9 @@ class Mirror:
         due, self._due = self._due, []
         if not self._begun:
             self._begun = True
-            due.append((TF_STATIC, transforms(self._names.world, [self._tracker(now)])))
+            gateway, name = self._swarm.gateway, self._names.frame(TRACKER_FRAME)
+            tracker = NamedPose(now, name, gateway.offset, gateway.rotation)
+            due.append((TF_STATIC, transforms(self._names.world, [tracker])))
         if self._moved:
             due.append((TF, transforms(self._names.world, self._moved)))
             self._moved = []
@@ -87,10 +89,6 @@ class Mirror:
             due.append((DIAGNOSTIC_ARRAY, diagnostics(now, self._health.processes(now))))
             due.append((SWARM_STATUS, diagnostic(self._health.swarm(now))))
         return due
-
-    def _tracker(self, now: int) -> NamedPose:
-        gateway = self._swarm.gateway
-        return NamedPose(now, self._names.frame(TRACKER_FRAME), gateway.offset, gateway.rotation)
 
     def _pose(self, key: Key, topics: tuple[Topic, ...], pose: Pose) -> None:
         time_constant = 0.05  # s, of the velocity in an odometry

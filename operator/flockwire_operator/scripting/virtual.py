@@ -39,7 +39,7 @@ class VirtualFlight(Flight):
     async def __aexit__(self, *_: object) -> None:
         """Land flying drones, end, and summarise."""
         await self._land_what_flies()
-        self._advance(LINGER / SECOND)
+        await self.sleep(LINGER / SECOND)
         if isinstance(self._trace, TraceInMemory):
             self.summary = summarise(self._trace.trace())
         else:
@@ -49,11 +49,8 @@ class VirtualFlight(Flight):
 
     async def sleep(self, seconds: float) -> None:
         """Advance virtual time by `seconds`."""
-        self._advance(seconds)
+        self._world.advance(self._now() + nanoseconds(seconds))
         await asyncio.sleep(0)
-
-    def _advance(self, seconds: float) -> None:
-        self._world.advance(self._world.scheduler.now + nanoseconds(seconds))
 
     def _now(self) -> int:
         return self._world.scheduler.now

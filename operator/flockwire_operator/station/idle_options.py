@@ -68,11 +68,6 @@ def idle(swarm: Swarm) -> Iterator[str]:
     """Yield a line for each set option without effect."""
     for reason, options in IDLE:
         for option in options:
-            if (because := reason(swarm)) and _is_set(swarm, option):
+            path, _, last = option.rpartition(".")  # of a key or of a table
+            if (because := reason(swarm)) and last in attrgetter(path)(swarm).model_fields_set:
                 yield f"{option} is set but has no effect: the file has {because}"
-
-
-def _is_set(swarm: Swarm, option: str) -> bool:
-    """Return whether the file sets it, as a key or as a table."""
-    path, _, last = option.rpartition(".")
-    return last in attrgetter(path)(swarm).model_fields_set
