@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from flockwire_core.domain.time import SECOND
@@ -13,8 +13,7 @@ from flockwire_analysis.recorded import Trace, is_repeated
 from flockwire_analysis.series import Floats, Series
 
 
-@dataclass(frozen=True, slots=True)
-class Gap:
+class Gap(NamedTuple):
     """The longest time, s, in which messages of a topic were published but none recorded, with `key` and `begin`."""
 
     length: float = 0.0

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from flockwire_core.domain.airframe import FlightState
@@ -24,8 +24,7 @@ SILENCE = 2 * SECOND  # ns before the flight's end at which telemetry or a pilot
 DOWN = (FlightState.GROUNDED, FlightState.STOPPED, FlightState.HELD)
 
 
-@dataclass(frozen=True, slots=True)
-class LandingFigures:
+class LandingFigures(NamedTuple):
     """The landings: drones that are `not_down` (a sentence each), the largest landing distance, m, and its drone.
 
     A landing distance is the horizontal distance between begin and end of a drone's landing.

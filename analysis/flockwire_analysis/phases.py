@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise, zip_longest
+from typing import NamedTuple
 
 import numpy as np
 from flockwire_core.control.formation import Formation
@@ -18,8 +18,7 @@ from flockwire_analysis.series import Booleans, Floats, Integers
 TAIL = 0.3  # share of the formation phase, at its end, that judges tracking
 
 
-@dataclass(frozen=True, slots=True)
-class Span:
+class Span(NamedTuple):
     """From `begin` to `end`, Unix time in ns."""
 
     begin: int
@@ -43,8 +42,7 @@ class Span:
         return np.asarray((stamps >= self.begin) & (stamps <= self.end))
 
 
-@dataclass(frozen=True, slots=True)
-class FormationPhase:
+class FormationPhase(NamedTuple):
     """The phase of one start order: its `formation` (the name in the order) and the `span` in which it was in force."""
 
     formation: str

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from itertools import combinations
 from typing import NamedTuple
 
@@ -27,8 +26,7 @@ class Moment(NamedTuple):
     drones: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Sampled:
+class Sampled(NamedTuple):
     """The flight at `stamps` (Unix ns), equal steps before and after `zero`: a row for each, NaN where it is unknown.
 
     `zero` is time 0 of the first formation, else the trace's begin.

@@ -5,10 +5,10 @@ from __future__ import annotations
 import gc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
 from itertools import chain, count
 from random import Random
+from typing import NamedTuple
 
 from flockwire_core import clock
 from flockwire_core.domain.order import Mission
@@ -39,8 +39,7 @@ LONGEST = 3600.0  # s, longest flight
 COLLECT_AFTER = 50_000  # new objects after which Python looks for unused cycles: more than 200 drones have on the way
 
 
-@dataclass(frozen=True, slots=True)
-class Outcome:
+class Outcome(NamedTuple):
     """The outcome of a flight: why it failed (empty if it did not), its s of virtual time, laws too slow for real."""
 
     failure: str

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 from shutil import which
 from subprocess import PIPE, Popen
 from tempfile import TemporaryFile
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib import rc_context
@@ -36,8 +35,7 @@ FEWEST = 24  # frames
 LARGEST = 3_000_000  # bytes
 
 
-@dataclass(frozen=True, slots=True)
-class View:
+class View(NamedTuple):
     """What a picture shows of a place (m): `axes` is the matrix to its right and up, with the `labels` of both."""
 
     axes: tuple[tuple[float, float, float], tuple[float, float, float]]

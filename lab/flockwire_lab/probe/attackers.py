@@ -9,9 +9,8 @@ import contextlib
 import json
 import time
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from itertools import count
-from typing import Any
+from typing import Any, NamedTuple
 
 import zenoh
 from flockwire_core import clock
@@ -27,8 +26,7 @@ POLL = 0.02  # s
 _PUBLISHER = b"flockwire probe\0"
 
 
-@dataclass(frozen=True, slots=True)
-class Attacker:
+class Attacker(NamedTuple):
     """Its certificate (`identity` names it in the results; None without one) and its mode."""
 
     identity: str

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from flockwire_core.wire.keys import ROWS, TIME_REPLY, Delivery, Key
 from flockwire_core.wire.plan import Plan
@@ -11,8 +11,7 @@ from flockwire_core.wire.plan import Plan
 OUTSIDERS = ("no certificate", "foreign certificate", "expired certificate")
 
 
-@dataclass(frozen=True, slots=True)
-class AttackResult:
+class AttackResult(NamedTuple):
     """One attacker's results: keys received, (key, receiver) of accepted messages, links."""
 
     identity: str
@@ -26,8 +25,7 @@ class AttackResult:
         return AttackResult(self.identity, self.mode, received, published, max(self.links, other.links))
 
 
-@dataclass(frozen=True, slots=True)
-class Deviation:
+class Deviation(NamedTuple):
     """One difference between allowed and observed."""
 
     identity: str

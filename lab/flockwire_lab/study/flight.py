@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from operator import attrgetter
-from typing import Any
+from typing import Any, NamedTuple
 
 from flockwire_analysis.checks import ABOUT_THE_RECORD
 from flockwire_analysis.expenditure import costs
@@ -20,8 +20,7 @@ from flockwire_lab.study.variation import Table, vary
 from flockwire_lab.world import World
 
 
-@dataclass(frozen=True, slots=True)
-class Quantity:
+class Quantity(NamedTuple):
     """A figure of every run: key, name, unit, where a summary has it, its limit in the swarm file, its bad end."""
 
     key: str
@@ -53,8 +52,7 @@ QUANTITIES = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class Task:
+class Task(NamedTuple):
     """Run `run` of a plan at the grid point number `point`; `table` is the study's swarm file."""
 
     plan: Study

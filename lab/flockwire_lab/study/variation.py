@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from copy import deepcopy
-from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from math import dist
 from pathlib import Path
 from random import Random
-from typing import Any
+from typing import Any, NamedTuple
 
 from flockwire_core.loading import framed_tables, load_table, parse_swarm
 from flockwire_core.swarm.model import Swarm
@@ -27,8 +26,7 @@ Table = dict[str, Any]
 Chance = Callable[[str], Random]
 
 
-@dataclass(frozen=True, slots=True)
-class Variation:
+class Variation(NamedTuple):
     """A swarm as a table and as a model, faults likewise, and the values drawn from [random] by key."""
 
     table: Table
