@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import tomli_w
+from flockwire_analysis.report import UNKNOWN
 from flockwire_core.loading import framed_tables
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.wording import InputError
@@ -166,9 +167,6 @@ def _without_frames(table: Table) -> Table:
     for _, framed in framed_tables(bare):
         framed.pop("frames", None)
     return bare
-
-
-UNKNOWN = "\N{EN DASH}"
 
 
 def label(point: Mapping[str, JsonValue]) -> str:

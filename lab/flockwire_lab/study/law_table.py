@@ -7,12 +7,13 @@ from pathlib import Path
 
 from flockwire_analysis.expenditure import COSTS
 from flockwire_analysis.figures.drawing import STYLE
+from flockwire_analysis.report import UNKNOWN
 from flockwire_analysis.tables import aligned, commas, escape, tabular
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from flockwire_lab.study.file import Study
-from flockwire_lab.study.findings import UNKNOWN, label, quantiles
+from flockwire_lab.study.findings import label, quantiles
 from flockwire_lab.study.flight import Result
 
 HEADINGS = ("law", "success", "settled, s", "tail, mm", *(f"{one.heading}, {one.unit}" for one in COSTS))

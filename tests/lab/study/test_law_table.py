@@ -5,8 +5,8 @@ from __future__ import annotations
 import csv
 
 import pytest
+from flockwire_analysis.report import UNKNOWN
 from flockwire_lab.study.file import Study
-from flockwire_lab.study.findings import UNKNOWN
 from flockwire_lab.study.flight import Result
 from flockwire_lab.study.law_table import HEADINGS, latex, rows, text, write
 
