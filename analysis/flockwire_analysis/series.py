@@ -14,8 +14,6 @@ from flockwire_analysis.columns import Columns
 Integers = NDArray[np.int64]
 Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
-
-
 NOWHERE = 1e9  # m, m/s: larger values are limited to this, whose square is finite
 
 

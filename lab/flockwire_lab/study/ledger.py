@@ -17,8 +17,6 @@ from flockwire_lab.study.flight import Result, Task
 from flockwire_lab.study.variation import Table
 
 PLAN, RUNS = "plan.json", "runs.jsonl"
-
-
 Entry = TypeVar("Entry")
 
 

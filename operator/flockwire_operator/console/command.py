@@ -83,8 +83,6 @@ UNSAFE = frozenset({  # the "bad ports" of https://fetch.spec.whatwg.org
     540, 548, 554, 556, 563, 587, 601, 636, 989, 990, 993, 995, 1719, 1720, 1723, 2049, 3659, 4045, 4190, 5060, 5061,
     6000, 6566, 6665, 6666, 6667, 6668, 6669, 6679, 6697, 10080,
 })  # fmt: skip
-
-
 MALFORMED = "{count} malformed requests were dropped"
 
 
