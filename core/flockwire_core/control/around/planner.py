@@ -106,15 +106,7 @@ class Planner:
         passed[0][2].extend(sorted(left, key=lambda disc: hypot(disc[0], disc[1]) - disc[2])[:MOST_AHEAD])
         goal = self._goal(here, motion, passed, drones, 0.0)
         drones = [disc for disc in drones if dist(disc[:2], goal) > disc[2]]  # who is there cannot be passed
-        direct = self._way(here, goal, obstacles, [], 0.0)
-        way = self._way(here, goal, obstacles, drones, 0.0) if drones else direct
-        self._passes = direct is not None and (way is None or way.length > direct.length + ROUND)
-        if self._passes:
-            way = direct
-        elif way is not None:
-            wide = self._way(here, goal, obstacles, drones, BERTH)
-            if wide is not None and wide.length < way.length + LONGER:
-                way = wide
+        way = self._best_way(here, goal, obstacles, drones)
         if way is None or not way.side:
             if way is not None and way.length < AHEAD:  # it has arrived
                 self._side = 0.0
@@ -125,6 +117,16 @@ class Planner:
         else:
             self._ahead, self._rate, self._rest = way.ahead, (0.0, 0.0), max(way.length - AHEAD, 0.0)
             self._side = way.side
+
+    def _best_way(self, here: Corner, goal: Corner, obstacles: Sequence[Disc], drones: Sequence[Disc]) -> Way | None:
+        """Return the way, with more berth where it is hardly longer; note whether it passes above or below drones."""
+        direct = self._way(here, goal, obstacles, [], 0.0)
+        way = self._way(here, goal, obstacles, drones, 0.0) if drones else direct
+        self._passes = direct is not None and (way is None or way.length > direct.length + ROUND)
+        if self._passes or way is None:
+            return direct
+        wide = self._way(here, goal, obstacles, drones, BERTH)
+        return wide if wide is not None and wide.length < way.length + LONGER else way
 
     def _remember(self, position: Vector, bodies: Sequence[Body]) -> None:
         """Note the obstacles in sight, before those that have left it: a dead end is not entered again."""
