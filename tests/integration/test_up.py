@@ -39,9 +39,7 @@ def is_up(status: Status) -> bool:
     return status.report.position is not None and status.report.position[2] > 0.2
 
 
-def test_a_flight_converges_and_its_trace_reports_it_as_in_virtual_time(
-    make_swarm: Callable[..., Path], tmp_path: Path
-) -> None:
+def test_a_flight_converges_and_its_trace_reports_it(make_swarm: Callable[..., Path], tmp_path: Path) -> None:
     swarm, out = make_swarm(), tmp_path / "out"
     process = flockwire("up", swarm, "--headless", "--duration", "10", "--out", out)
     output, errors = process.communicate(timeout=120)
@@ -66,8 +64,17 @@ def test_a_flight_converges_and_its_trace_reports_it_as_in_virtual_time(
     assert abs(recomputed["formation"] - summary["formation_error_m"]["max_tail"]) < 0.001
     assert abs(recomputed["nearest"] - summary["min_distance_uav_m"]) < 0.001
     assert not processes_of(swarm)
-    flockwire("sim", swarm, "--duration", "10", "--out", tmp_path / "sim").communicate(timeout=60)
-    agree(summary, json.loads((tmp_path / "sim" / "summary.json").read_text()))
+
+
+@pytest.mark.long
+@pytest.mark.alone  # beside other tests one late message was the largest error in 1 of 5 flights, alone in 0 of 2
+def test_a_flight_errs_as_in_virtual_time(make_swarm: Callable[..., Path], tmp_path: Path) -> None:
+    swarm, summaries = make_swarm(), []
+    for command, options in (("up", ("--headless",)), ("sim", ())):
+        out = tmp_path / command
+        flockwire(command, swarm, *options, "--duration", "10", "--out", out).communicate(timeout=120)
+        summaries.append(json.loads((out / "summary.json").read_text()))
+    agree(*summaries)
 
 
 @pytest.mark.long
