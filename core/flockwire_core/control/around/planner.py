@@ -100,10 +100,6 @@ class Planner:
         """Plan from `here`, m from the place."""
         self._remember(motion.position, bodies)
         obstacles, drones, passed = self._discs(here, motion, velocity, bodies)
-        ox, oy = here[0] - motion.stopping[0], here[1] - motion.stopping[1]
-        left = [(x + ox, y + oy, r + SPARE) for x, y, r in self._left]
-        obstacles += left
-        passed[0][2].extend(sorted(left, key=lambda disc: hypot(disc[0], disc[1]) - disc[2])[:MOST_AHEAD])
         goal = self._goal(here, motion, passed, drones, 0.0)
         drones = [disc for disc in drones if dist(disc[:2], goal) > disc[2]]  # who is there cannot be passed
         way = self._best_way(here, goal, obstacles, drones)
@@ -177,6 +173,10 @@ class Planner:
                 t = min(max(-(x * cx + y * cy) / square, 0.0), SOON) if square > 0.0 else 0.0
                 if t > 0.0 and hypot(x + t * cx, y + t * cy) < r + BERTH:
                     drones.append((at[0] + t * wx, at[1] + t * wy, r))
+        ox, oy = here[0] - motion.stopping[0], here[1] - motion.stopping[1]
+        left = [(x + ox, y + oy, r + SPARE) for x, y, r in self._left]
+        obstacles += left
+        fixed += sorted(left, key=lambda disc: hypot(disc[0], disc[1]) - disc[2])[:MOST_AHEAD]
         return obstacles, drones, [(vx, vy, fixed, 0.0), *passed]
 
     def _goal(self, here: Corner, motion: Motion, passed: Sequence[Passed], drones: Sequence[Disc], t: float) -> Corner:

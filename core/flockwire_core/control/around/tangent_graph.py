@@ -118,8 +118,7 @@ def shortest_way(
             angle = arc(side, arrival, edge)
             if angle <= LONGEST_ARC:
                 length = g + abs(at[2]) * angle + hypot(edge[2] - edge[0], edge[3] - edge[1])
-                if here < 0:
-                    length += more[int(to)]
+                length += more[int(to)] if here < 0 else 0.0
                 rest = hypot(goal[0] - edge[2], goal[1] - edge[3])
                 heappush(queue, (length + rest, length, len(nodes) - 1, k, to, angle, edge))
         step = _next_step(queue, closed, nodes, discs)
@@ -151,10 +150,9 @@ def _next_step(
 
 def _found(nodes: list[_Node], length: float, ahead: float) -> Way:
     """Return the way that ends at the last of the settled `nodes`."""
-    node = nodes[-1]
-    straight = node[0] == 0
-    while node[0] > 0:
-        node = nodes[node[0]]
-    px, py, qx, qy, ux, uy = node[3]
-    part = min(ahead, hypot(qx - px, qy - py)) if straight else ahead
-    return Way(length, (px + part * ux, py + part * uy), node[2])
+    before, _, side, edge = nodes[-1]
+    while before > 0:
+        before, _, side, edge = nodes[before]
+    px, py, qx, qy, ux, uy = edge
+    part = ahead if side else min(ahead, hypot(qx - px, qy - py))
+    return Way(length, (px + part * ux, py + part * uy), side)
