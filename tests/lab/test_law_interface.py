@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 from flockwire_core.domain.motion import LeaderMotion
 from flockwire_core.domain.time import SECOND
+from flockwire_core.dry_flight import START
 from flockwire_core.law import Decision, Information, LawSettings, Observation, Output, Pace, Sense
 from flockwire_core.loading import SwarmFileError
-from flockwire_core.own_law import START, law_check
+from flockwire_core.own_law import law_check
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.law_form import FormError, LawForm
