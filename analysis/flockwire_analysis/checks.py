@@ -19,6 +19,7 @@ from flockwire_analysis.separation import outside_fence, own_places
 from flockwire_analysis.tracking import SETTLED_BELOW, largest
 
 OFF = "not judged ([checks] of the swarm file)"
+NO_ERRORS = "some followers have no errors in this period"
 OWN_ERROR = "without one leader it is the `error` of the law's Decision"
 ABOUT_THE_RECORD = frozenset({"control rate", "recording", "lost messages"})  # they judge the recording, not the flight
 
@@ -77,9 +78,7 @@ def _formation(trace: Trace, figures: Summary, longest_off: float | None, missin
     bounds = trace.swarm.checks
     unsettled = missing or _unsettled(figures.judged)
     settled = None if unsettled else figures.formation_error_m.settled_s
-    unknown = missing or "some followers have no errors in this period"
-    if trace.swarm.sole_leader is None:
-        unknown += f"; {OWN_ERROR}"
+    unknown = missing or (NO_ERRORS if trace.swarm.sole_leader is not None else f"{NO_ERRORS}; {OWN_ERROR}")
     observation, tail = figures.observation_error_m.max_tail, "in the last 30 % of each phase"
     observed: tuple[Check, ...] = ()
     if relays(trace.swarm):  # else nobody estimates the leader
