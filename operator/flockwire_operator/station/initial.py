@@ -107,10 +107,8 @@ def _lines(given: Given, places: list[list[float]], world: tuple[str, ...]) -> I
             yield from ("", *world, *islice(_table(table, tables[table], given.get(table, {})), 1, None))
         elif not {"NAME", "N"}.intersection(table.split(".")):
             values = given.get(table, {})
-            keys = [
-                key for key in tables[table] if key.kind in ("", values.get("kind"))
-            ]  # of a table with several kinds
-            yield from _table(table, keys, values)
+            # A table with several kinds has keys of each.
+            yield from _table(table, [key for key in tables[table] if key.kind in ("", values.get("kind"))], values)
 
 
 def _table(table: str, keys: list[Key], given: dict[str, Any]) -> Iterator[str]:
