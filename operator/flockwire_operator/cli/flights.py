@@ -73,7 +73,7 @@ def up(
     _predict(loaded, duration, verbose)
     with refused(folder), unblocked():
         failure = asyncio.run(fly(flying, duration, headless, wrong, absent))
-    raise typer.Exit(conclude(failure, folder, flying.conducts, verbose))
+        raise typer.Exit(conclude(failure, folder, flying.conducts, verbose))
 
 
 @app.command()
@@ -98,10 +98,10 @@ def conduct(
     before = newest_size(out) if out is not None else None
     with refused(), unblocked():
         failure = asyncio.run(conducting.conduct(plan, keys_folder(swarm, plan, keys), duration, out, headless))
-    folder = newest_folder(out) if out is not None and newest_size(out) != before else None
-    if folder is None:
-        raise typer.Exit(verdict(filter(None, (failure, NO_TRACE.format(out=out) if out is not None else ""))))
-    raise typer.Exit(conclude(failure, folder, verbose=verbose))
+        folder = newest_folder(out) if out is not None and newest_size(out) != before else None
+        if folder is None:
+            raise typer.Exit(verdict(filter(None, (failure, NO_TRACE.format(out=out) if out is not None else ""))))
+        raise typer.Exit(conclude(failure, folder, verbose=verbose))
 
 
 @app.command()
