@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import inf, sqrt
+from math import sqrt
 
 from flockwire_core.control.free_place import Disc
 from flockwire_core.control.plane_polygon import Corner
@@ -57,9 +57,7 @@ def lateral_shift(
             (own if abs(d) < r else others).append((s, d, r))
     if not own:
         return 0.0, 0.0
-    largest = -inf
-    for _, d, r in own:
-        largest = max(largest, r - d)
+    largest = max([r - d for _, d, r in own])
     more = bool(others)
     while more:
         more = False
@@ -71,7 +69,4 @@ def lateral_shift(
                 largest = max(largest, r - d)
                 more = True
                 break
-    shift = 0.0
-    for s, d, r in own:
-        shift = max(shift, rounded(half_width(s, r, slope) - d))
-    return shift, largest
+    return max([rounded(half_width(s, r, slope) - d) for s, d, r in own]), largest

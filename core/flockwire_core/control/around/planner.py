@@ -144,8 +144,7 @@ class Planner:
         self, here: Corner, motion: Motion, velocity: Vector, bodies: Sequence[Body]
     ) -> tuple[list[Disc], list[Disc], list[Passed]]:
         """Return the discs of obstacles and of drones, relative to the place, and what the place passes."""
-        own, obstacles, drones = self._guard, list[Disc](), list[Disc]()
-        fixed: list[Disc] = []
+        own, obstacles, drones, fixed = self._guard, list[Disc](), list[Disc](), list[Disc]()
         passed: list[Passed] = []
         (vx, vy, _), (ux, uy, _) = velocity, motion.velocity
         px, py = motion.position[0] - motion.stopping[0], motion.position[1] - motion.stopping[1]
@@ -184,9 +183,8 @@ class Planner:
 
         The side is the one with the shorter way, away from drones; then the drone is on it, and stays there.
         """
-        goal, room = (0.0, 0.0), self._guard.room
+        goal, room, fixed = (0.0, 0.0), self._guard.room, list[Disc]()
         ox, oy = motion.stopping[0] - here[0], motion.stopping[1] - here[1]
-        fixed: list[Disc] = []
         for vx, vy, discs, early in passed:
             speed = hypot(vx, vy)
             if speed < AT_REST:

@@ -56,22 +56,18 @@ def is_free(edge: Edge, discs: Sequence[Disc], start: int, end: int) -> bool:
     px, py, qx, qy, ux, uy = edge
     length = (qx - px) * ux + (qy - py) * uy
     for k in range(len(discs)):
-        if k in (start, end):
-            continue
         cx, cy, r = discs[k]
-        x, y = cx - px, cy - py
-        least = r - TOUCH
+        x, y, least = cx - px, cy - py, r - TOUCH
         t = min(max(x * ux + y * uy, 0.0), length)
         x, y = x - t * ux, y - t * uy
-        if least > 0.0 and x * x + y * y < least * least:
+        if least > 0.0 and x * x + y * y < least * least and k not in (start, end):
             return False
     return True
 
 
 def arc(side: float, arrival: Edge, departure: Edge) -> float:
     """Return the angle, rad, that the way turns to its `side` between two tangents of one circle."""
-    _, _, _, _, ux, uy = arrival
-    _, _, _, _, vx, vy = departure
+    ux, uy, vx, vy = arrival[4], arrival[5], departure[4], departure[5]
     angle = side * atan2(ux * vy - uy * vx, ux * vx + uy * vy)
     return angle + tau if angle < -1e-9 else max(angle, 0.0)
 
