@@ -6,7 +6,6 @@ reaction is a row; a new input is a name of INPUTS and its value in `Pilot`. doc
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from operator import attrgetter
 from typing import Final
 
@@ -139,7 +138,7 @@ class Reactions:
         self._driver, self._leaders, self._relays = driver, leaders, relays
 
     def find(
-        self, values: Sequence[float], phase: Phase, failure: str = "", missing: tuple[int, ...] = ()
+        self, values: list[float], phase: Phase, failure: str = "", missing: tuple[int, ...] = ()
     ) -> dict[str, Reason]:
         """Return the first reason for each reaction in `phase`; `values` are those of INPUTS, in their order.
 

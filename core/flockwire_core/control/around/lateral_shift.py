@@ -58,15 +58,13 @@ def lateral_shift(
     if not own:
         return 0.0, 0.0
     largest = max([r - d for _, d, r in own])
-    more = bool(others)
-    while more:
-        more = False
-        for disc in others:
-            s, d, r = disc
-            if abs(d + largest) < r and any(abs(s - t) < r + q for t, _, q in own):
-                own.append(disc)
-                others.remove(disc)
-                largest = max(largest, r - d)
-                more = True
-                break
+    joined = others
+    while joined:
+        joined = [
+            (s, d, r) for s, d, r in others if abs(d + largest) < r and any(abs(s - t) < r + q for t, _, q in own)
+        ][:1]
+        for disc in joined:
+            own.append(disc)
+            others.remove(disc)
+            largest = max(largest, disc[2] - disc[1])
     return max([rounded(half_width(s, r, slope) - d) for s, d, r in own]), largest

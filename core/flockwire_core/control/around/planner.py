@@ -31,6 +31,7 @@ BERTH: Final = 0.12  # m more, where the way is hardly longer or a place is fast
 LONGER: Final = 0.3  # m that this way may be longer
 RIGHT: Final = 0.1  # m by which a way to the left must be shorter: drones that meet head on choose alike
 TURN: Final = 0.2  # m by which a way must be shorter to pass on another side than the last one
+STEADY: Final = 0.3  # of a change of the place's velocity that counts at a plan: a leader that weaves changes no side
 SIDEWAYS: Final = 0.4  # of the speed limit, at which a place leaves the way of a body
 ROUND: Final = 0.5  # m that a way round drones may be longer than one above or below them
 EAST: Final = (0.8, 0.6)  # of two that pass so, the one on this side flies lower
@@ -53,6 +54,7 @@ class Planner:
         self._planned = -PERIOD * ((number * 0.618) % 1.0)  # s, of the last plan
         self._known: list[Disc] = []  # the obstacles that it has seen, the centres in the world frame
         self._left: list[Disc] = []  # those of them that are out of sight
+        self._steady: Corner = (0.0, 0.0)  # m/s, the place's velocity
         self._forget()
 
     def _forget(self) -> None:
@@ -70,6 +72,8 @@ class Planner:
         own, (x, y, z), (sx, sy, sz) = self._guard, error, motion.stopping
         if now - self._planned >= PERIOD:
             self._planned += PERIOD * ((now - self._planned) // PERIOD)
+            vx, vy = self._steady
+            self._steady = (vx + STEADY * (velocity[0] - vx), vy + STEADY * (velocity[1] - vy))
             if bodies or own.room.outside((sx - x, sy - y, sz - z)) > 0.0:
                 self._plan((x, y), motion, velocity, bodies)
             else:
@@ -176,7 +180,7 @@ class Planner:
         left = [(x + ox, y + oy, r + SPARE) for x, y, r in self._left]
         obstacles += left
         fixed += sorted(left, key=lambda disc: hypot(disc[0], disc[1]) - disc[2])[:MOST_AHEAD]
-        return obstacles, drones, [(vx, vy, fixed, 0.0), *passed]
+        return obstacles, drones, [(self._steady[0], self._steady[1], fixed, 0.0), *passed]
 
     def _goal(self, here: Corner, motion: Motion, passed: Sequence[Passed], drones: Sequence[Disc], t: float) -> Corner:
         """Return what to fly to in `t` s, m from the place: itself, beside what it passes, or the nearest free one.
