@@ -1,8 +1,8 @@
 """Shuts out addresses whose connections make others wait, before Zenoh sees them.
 
 Zenoh pauses for 0.1 s after each TLS handshake that fails, and keeps silent connections. An address that has many in
-two looks in a row gets no further one for a while: a filter at the listening socket (SO_ATTACH_FILTER, Linux, IPv4)
-drops its first packets. What is linked stays linked.
+two looks in a row, accepted or waiting for that, gets no further one for a while, each time for twice as long: a filter
+at the listening socket (SO_ATTACH_FILTER, Linux, IPv4) drops its first packets. What is linked stays linked.
 
 The process also raises its limit of descriptors, so that connections without any key do not take the last one.
 """
@@ -24,9 +24,11 @@ from typing import Final
 
 from flockwire_core.domain.time import SECOND
 
-SHUT = 10 * SECOND  # ns for which an address stays shut out
+SHUT = 10 * SECOND  # ns for which an address stays shut out for the first time
+LONGEST = 32 * SHUT  # ns, at most
 _DESCRIPTORS = Path("/proc/self/fd")
 _SOCK_DIAG, _BY_FAMILY, _DUMP = 4, 20, 0x301  # of netlink
+_INFO = struct.Struct("=24xI")  # of struct tcp_info, of a listener: how many wait to be accepted
 _STATES = 1 << 1 | 1 << 8  # established, or left by the other end
 _REQUEST = struct.Struct("=IHHIIBBxxIH46x")  # struct nlmsghdr, struct inet_diag_req_v2
 _HEADER = struct.Struct("=IH")  # of struct nlmsghdr
@@ -50,6 +52,7 @@ class Gate:
         self._port, self._most, self._linked = port, most, linked
         self._listener = _listener(port) if sys.platform == "linux" else None
         self._suspects: set[str] = set()
+        self._terms: dict[str, int] = {}  # ns, the last one of each that was shut out
         self._at_rest = _lowest_free(self._listener) if self._listener is not None else 0
 
     def close(self) -> None:
@@ -70,13 +73,16 @@ class Gate:
 
     def _look(self, listener: socket.socket, now: int) -> None:
         few = _lowest_free(listener) <= self._at_rest + self._most
-        if few and not self.shut:  # spares the kernel's list, 2 ms
+        if few and _waiting(listener) <= self._most and not self.shut:  # spares the kernel's list, 2 ms
             self._suspects.clear()
             return
         most = self._most + self._linked()
         suspects = {one for one, count in Counter(_connections(self._port)).items() if count > most}
         shut = {one: end for one, end in self.shut.items() if end > now}
-        shut |= dict.fromkeys(suspects & (self._suspects | shut.keys()), now + SHUT)
+        for one in suspects & (self._suspects | self._terms.keys()):
+            if one not in shut:
+                self._terms[one] = min(2 * self._terms.get(one, SHUT // 2), LONGEST)
+            shut[one] = now + self._terms[one]
         self._suspects = suspects
         if shut.keys() != self.shut.keys():
             _filter(listener, list(shut)[-200:])  # addresses; the jumps of a filter reach 255 steps
@@ -88,6 +94,12 @@ def _lowest_free(listener: socket.socket) -> int:
     found = os.dup(listener.fileno())
     os.close(found)
     return found
+
+
+def _waiting(listener: socket.socket) -> int:
+    """Return how many connections wait to be accepted."""
+    waiting: int = _INFO.unpack(listener.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, _INFO.size))[0]
+    return waiting
 
 
 def _connections(port: int) -> Iterator[str]:

@@ -113,6 +113,29 @@ def test_an_address_that_lets_go_is_heard_again(gate, listener, dial):
     dial(STRANGER)
 
 
+def test_who_comes_again_is_shut_out_at_once_and_twice_as_long(gate, listener, dial):
+    dial(STRANGER, MOST + 1)
+    gate.look(0)
+    now = SECOND
+    for term in (SHUT, 2 * SHUT, 4 * SHUT):
+        gate.look(now)
+        assert gate.shut == {STRANGER: now + term}
+        for _ in range(MOST + 1):
+            listener.accept()[0].close()
+        now += term
+        gate.look(now)
+        assert not gate.shut
+        dial(STRANGER, MOST + 1)
+
+
+def test_connections_that_wait_to_be_accepted_are_seen_though_they_hold_no_descriptor(gate, dial, monkeypatch):
+    monkeypatch.setattr(flockwire_core.runtime.gate, "_lowest_free", lambda listener: 0)
+    dial(STRANGER, MOST + 1)
+    gate.look(0)
+    gate.look(SECOND)
+    assert gate.shut.keys() == {STRANGER}
+
+
 def test_authenticated_connections_and_those_of_other_ports_do_not_count(gate, linked, dial):
     linked += [object()] * 3
     dial(HERE, MOST + 3)
