@@ -19,9 +19,9 @@ def one_of(words: Iterable[str]) -> str:
 
 
 def beside(value: float, limit: float) -> str:
-    """Return a value with two decimals, or as many more as tell it from the `limit` that it breaks."""
+    """Return a value with two decimals, or as many more as tell it from the `limit` that it breaks, as shown."""
     for decimals in range(2, 15):
-        if float(text := f"{value:.{decimals}f}") != limit:
+        if float(text := f"{value:.{decimals}f}") != float(f"{limit:g}"):
             return text
     return repr(value)
 

@@ -11,4 +11,5 @@ def test_it_is_told_from_its_limit(limit: float, exponent: int) -> None:
     if value != limit:
         assert float(beside(value, limit)) != limit
     assert beside(1.0, 0.4) == "1.00"
+    assert [beside(value, 0.4 + 0.03) for value in (0.429, 0.42999)] == ["0.429", "0.42999"]  # no 0.43 to the bit
     assert (beside(0.3999, 0.4), beside(0.4 - 1e-17, 0.5)) == ("0.3999", "0.40")
