@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -17,6 +17,7 @@ import tomli_w
 from command_line import refused
 from flockwire_core.loading import load_swarm
 from flockwire_lab.flight import Flight, fly_recorded
+from ros_graph import router
 
 ALIGNED = {"rotation": [0.0, 0.0, 0.6, 0.8], "offset": [1.0, -2.0, 0.1]}
 
@@ -48,11 +49,17 @@ def port() -> int:
 
 
 @pytest.mark.long
-def test_it_lists_the_bodies_and_aligns_their_frame(flockwire: Any, swarm: Callable[..., Path]) -> None:
-    path = swarm(source="vrpn", vrpn={"port": port()}, **ALIGNED)
-    with served(path, "vrpn"):
+@pytest.mark.parametrize("source", ["vrpn", "ros"])
+def test_it_lists_the_bodies_and_aligns_their_frame(flockwire: Any, swarm: Callable[..., Path], source: str) -> None:
+    with ExitStack() as stack:
+        where: dict[str, object] = {"port": port()}
+        if source == "ros":
+            where = {"router": f"127.0.0.1:{port()}"}
+            stack.enter_context(router(port()))
+        path = swarm(source=source, **{source: where}, **ALIGNED)
+        stack.enter_context(served(path, source))
         found = flockwire("tracker", path, "--seconds", 0.5)
-        assert (found.returncode, found.stdout.count("uav")) == (0, 5)
+        assert (found.returncode, found.stdout.count("uav")) == (0, 5), found.stderr
         aligned = flockwire("align", path, "--seconds", 0.5)
     assert "rotation = [0.000000, 0.000000, 0.600000, 0.800000]" in aligned.stdout.replace("-0.0", "0.0")
     assert "offset = [1.0000, -2.0000, 0.1000]" in aligned.stdout
