@@ -30,7 +30,7 @@ SOON: Final = 1.0  # s, at most, for which a motion is continued: then it has ch
 BERTH: Final = 0.12  # m more, where the way is hardly longer or a place is fast: there the filter slows it down
 LONGER: Final = 0.3  # m that this way may be longer
 RIGHT: Final = 0.1  # m by which a way to the left must be shorter: drones that meet head on choose alike
-TURN: Final = 0.2  # m by which a way must be shorter to pass on another side than the last one
+TURN: Final = 0.3  # m by which a way must be shorter to begin across the last one; twice that to begin against it
 STEADY: Final = 0.3  # of a change of the place's velocity that counts at a plan: a leader that weaves changes no side
 SIDEWAYS: Final = 0.4  # of the speed limit, at which a place leaves the way of a body
 ROUND: Final = 0.5  # m that a way round drones may be longer than one above or below them
@@ -60,9 +60,8 @@ class Planner:
     def _forget(self) -> None:
         self._ahead: Corner = (0.0, 0.0)  # m from the place, what is flown to
         self._rate: Corner = (0.0, 0.0)  # m/s, of that
-        self._rest = 0.0  # m, the length of the way from there
-        self._passes = False  # whether it passes above or below drones
-        self._side = self._sided = 0.0  # of the first disc of the last way that was not straight; s, of that plan
+        self._rest, self._passes = 0.0, False  # m, the way from there; whether it passes above or below drones
+        self._turn, self._turned = (0.0, 0.0), 0.0  # m, TURN along the last way that was not straight; s, of that plan
 
     def correction(self, error: Vector, motion: Motion, velocity: Vector, bodies: Sequence[Body], now: float) -> Vector:
         """Return u − v, m/s, for an `error` y − y_r, m, of the stopping point; the place moves at `velocity`, m/s.
@@ -108,15 +107,16 @@ class Planner:
         drones = [disc for disc in drones if dist(disc[:2], goal) > disc[2]]  # who is there cannot be passed
         way = self._best_way(here, goal, obstacles, drones)
         if way is None or not way.side:
-            if self._planned - self._sided > SOON:
-                self._side = 0.0
+            if self._planned - self._turned > SOON:
+                self._turn = (0.0, 0.0)
             x, y = self._goal(here, motion, passed, drones, PERIOD)
             rate = ((x - goal[0]) / PERIOD, (y - goal[1]) / PERIOD)
             self._ahead, self._rest = goal, 0.0
             self._rate = rate if hypot(*rate) < self._guard.speed else (0.0, 0.0)  # else the side has changed
         else:
             self._ahead, self._rate, self._rest = way.ahead, (0.0, 0.0), max(way.length - AHEAD, 0.0)
-            self._side, self._sided = way.side, self._planned
+            (x, y), self._turned = way.ahead, self._planned
+            self._turn = (TURN / AHEAD * (x - here[0]), TURN / AHEAD * (y - here[1]))
 
     def _best_way(self, here: Corner, goal: Corner, obstacles: Sequence[Disc], drones: Sequence[Disc]) -> Way | None:
         """Return the way, with more berth where it is hardly longer; note whether it passes above or below drones."""
@@ -221,5 +221,4 @@ class Planner:
             (x, y, min(r + berth, dist((x, y), here) - 2.0 * TOUCH, dist((x, y), goal) - 2.0 * TOUCH))
             for x, y, r in (*obstacles, *drones)
         ]
-        left, right = TURN if self._side < 0.0 else 0.0, TURN if self._side > 0.0 else 0.0
-        return shortest_way(here, goal, [disc for disc in discs if disc[2] > 0.0], AHEAD, left, RIGHT + right)
+        return shortest_way(here, goal, [disc for disc in discs if disc[2] > 0.0], AHEAD, RIGHT, self._turn)

@@ -88,17 +88,17 @@ def _is_arc_free(number: int, side: float, arrival: Edge, angle: float, discs: S
 
 
 def shortest_way(
-    start: Corner, goal: Corner, discs: Sequence[Disc], ahead: float, left: float = 0.0, right: float = 0.0
+    start: Corner, goal: Corner, discs: Sequence[Disc], ahead: float, right: float = 0.0, turn: Corner = (0.0, 0.0)
 ) -> Way | None:
     """Return the shortest way from `start` to `goal`, m, outside all `discs`, None if there is none.
 
     A* over (disc, side): g is the length up to where the way arrives at a disc, h the straight rest. A tangent, and the
-    arc before it, is tested when its turn comes. A way with its first disc to its `left` or its `right` is longer by so
-    many m. Start and goal must be outside the discs.
+    arc before it, is tested when its turn comes. A way with its first disc to its right is longer by `right` m, and one
+    round discs by |t| − t·u m, t = `turn` and u its first direction. Start and goal must be outside the discs.
     """
     if start == goal:
         return Way(0.0, goal, 0.0)
-    more = (0.0, left, right)
+    most = hypot(turn[0], turn[1])
     targets = [(k, to, (x, y, to * r)) for k, (x, y, r) in enumerate(discs) for to in (1.0, -1.0)]
     targets.append((len(discs), 0.0, (goal[0], goal[1], 0.0)))
     queue: list[_Step] = []
@@ -114,7 +114,8 @@ def shortest_way(
             angle = arc(side, arrival, edge)
             if angle <= LONGEST_ARC:
                 length = g + abs(at[2]) * angle + hypot(edge[2] - edge[0], edge[3] - edge[1])
-                length += more[int(to)] if here < 0 else 0.0
+                if here < 0 and to:
+                    length += most - turn[0] * edge[4] - turn[1] * edge[5] + (right if to < 0.0 else 0.0)
                 rest = hypot(goal[0] - edge[2], goal[1] - edge[3])
                 heappush(queue, (length + rest, length, len(nodes) - 1, k, to, angle, edge))
         step = _next_step(queue, closed, nodes, discs)

@@ -110,21 +110,30 @@ def test_a_way_flown_step_by_step_stays_outside_and_arrives(found: list[Disc]) -
 
 @given(discs)
 def test_who_is_there_stays(found: list[Disc]) -> None:
-    assert shortest_way(START, START, found, 0.3, 0.1, 0.1) == Way(0.0, START, 0.0)
+    assert shortest_way(START, START, found, 0.3, 0.1, (0.1, 0.0)) == Way(0.0, START, 0.0)
+
+
+def test_a_way_with_its_disc_to_the_right_costs_more() -> None:
+    disc = (0.0, -0.1, 0.5)  # the shorter way has it there
+    free, cheap, dear = (shortest_way(START, GOAL, [disc], 0.3, right) for right in (0.0, 0.003, 0.3))
+    assert free is not None
+    assert cheap is not None
+    assert dear is not None
+    assert (free.side, cheap.side, dear.side) == (-1.0, -1.0, 1.0)
+    assert cheap.length == pytest.approx(free.length + 0.003)
+    assert free.length < dear.length < free.length + 0.3
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_a_side_costs_what_it_is_given(side: float) -> None:
+def test_to_turn_costs_by_its_angle(side: float) -> None:
     disc = (0.0, 0.1 * side, 0.5)  # the shorter way has it on this side
-    left, right = (0.3, 0.0) if side > 0.0 else (0.0, 0.3)
-    free, dear = shortest_way(START, GOAL, [disc], 0.3), shortest_way(START, GOAL, [disc], 0.3, left, right)
+    free, cheap, dear = (shortest_way(START, GOAL, [disc], 0.3, 0.0, (0.0, turn * side)) for turn in (0.0, 0.01, 0.5))
     assert free is not None
-    assert dear is not None
-    assert (free.side, dear.side) == (side, -side)
-    assert free.length < dear.length < free.length + 0.3
-    cheap = shortest_way(START, GOAL, [disc], 0.3, 0.01 * left, 0.01 * right)
     assert cheap is not None
-    assert (cheap.side, cheap.length) == (side, pytest.approx(free.length + 0.003))
+    assert dear is not None
+    assert (free.side, cheap.side, dear.side) == (side, side, -side)
+    cosine = side * (free.ahead[1] - START[1]) / 0.3
+    assert cheap.length == pytest.approx(free.length + 0.01 * (1.0 - cosine))
 
 
 def test_a_closed_ring_has_no_way() -> None:
