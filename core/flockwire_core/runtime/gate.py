@@ -1,8 +1,8 @@
 """Shuts out addresses whose connections make others wait, before Zenoh sees them.
 
 Zenoh pauses for 0.1 s after each TLS handshake that fails, and keeps silent connections. An address that has many in
-two looks in a row, accepted or waiting for that, gets no further one for a while, each time for twice as long: a filter
-at the listening socket (SO_ATTACH_FILTER, Linux, IPv4) drops its first packets. What is linked stays linked.
+two looks in a row gets no further one for a while, each time for twice as long: a filter at the listening socket
+(SO_ATTACH_FILTER, Linux, IPv4) drops its first packets. What is linked stays linked.
 
 The process also raises its limit of descriptors, so that connections without any key do not take the last one.
 """
@@ -26,13 +26,14 @@ from flockwire_core.domain.time import SECOND
 
 SHUT = 10 * SECOND  # ns for which an address stays shut out for the first time
 LONGEST = 32 * SHUT  # ns, at most
+LEFT = 5  # connections, as which one counts that its other end has left: whoever waits for an answer stays
 _DESCRIPTORS = Path("/proc/self/fd")
 _SOCK_DIAG, _BY_FAMILY, _DUMP = 4, 20, 0x301  # of netlink
-_INFO = struct.Struct("=24xI")  # of struct tcp_info, of a listener: how many wait to be accepted
-_STATES = 1 << 1 | 1 << 8  # established, or left by the other end
+_CLOSE_WAIT = 8
+_STATES = 1 << 1 | 1 << _CLOSE_WAIT  # established, or left by the other end
 _REQUEST = struct.Struct("=IHHIIBBxxIH46x")  # struct nlmsghdr, struct inet_diag_req_v2
 _HEADER = struct.Struct("=IH")  # of struct nlmsghdr
-_REMOTE = 40  # offset of the other end's address, after struct nlmsghdr in struct inet_diag_msg
+_STATE, _REMOTE = 17, 40  # offsets of state and the other end's address, after struct nlmsghdr in struct inet_diag_msg
 _SO_ACCEPTCONN, _SO_ATTACH_FILTER, _SO_DETACH_FILTER = 30, 26, 27
 _BYTE, _WORD, _AND, _EQUAL, _RETURN = 0x30, 0x20, 0x54, 0x15, 0x06  # BPF
 _FLAGS, _SYN, _SYN_ACK = 13, 0x02, 0x12  # offset in the TCP header
@@ -53,7 +54,7 @@ class Gate:
         self._listener = _listener(port) if sys.platform == "linux" else None
         self._suspects: set[str] = set()
         self._terms: dict[str, int] = {}  # ns, the last one of each that was shut out
-        self._at_rest = _lowest_free(self._listener) if self._listener is not None else 0
+        self._calm = _lowest_free(self._listener) if self._listener is not None else 0  # at the last look without any
 
     def close(self) -> None:
         """Release the listening socket."""
@@ -72,9 +73,9 @@ class Gate:
             self.close()
 
     def _look(self, listener: socket.socket, now: int) -> None:
-        few = _lowest_free(listener) <= self._at_rest + self._most
-        if few and _waiting(listener) <= self._most and not self.shut:  # spares the kernel's list, 2 ms
-            self._suspects.clear()
+        free = _lowest_free(listener)
+        if LEFT * (free - self._calm) <= self._most and not self.shut:  # spares the kernel's list, 2 ms
+            self._suspects, self._calm = set(), min(free, self._calm)
             return
         most = self._most + self._linked()
         suspects = {one for one, count in Counter(_connections(self._port)).items() if count > most}
@@ -83,7 +84,7 @@ class Gate:
             if one not in shut:
                 self._terms[one] = min(2 * self._terms.get(one, SHUT // 2), LONGEST)
             shut[one] = now + self._terms[one]
-        self._suspects = suspects
+        self._suspects, self._calm = suspects, self._calm if suspects else free
         if shut.keys() != self.shut.keys():
             _filter(listener, list(shut)[-200:])  # addresses; the jumps of a filter reach 255 steps
         self.shut = shut
@@ -96,14 +97,8 @@ def _lowest_free(listener: socket.socket) -> int:
     return found
 
 
-def _waiting(listener: socket.socket) -> int:
-    """Return how many connections wait to be accepted."""
-    waiting: int = _INFO.unpack(listener.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, _INFO.size))[0]
-    return waiting
-
-
 def _connections(port: int) -> Iterator[str]:
-    """Yield the address of the other end of each connection to `port` (sock_diag(7))."""
+    """Yield the other end's address of each connection to `port` (sock_diag(7)), LEFT times of one that is left."""
     wanted = socket.AF_INET, socket.IPPROTO_TCP, _STATES, socket.htons(port)
     request = _REQUEST.pack(_REQUEST.size, _BY_FAMILY, _DUMP, 0, 0, *wanted)
     with socket.socket(socket.AF_NETLINK, socket.SOCK_RAW, _SOCK_DIAG) as kernel:
@@ -114,7 +109,8 @@ def _connections(port: int) -> Iterator[str]:
                 size, kind = _HEADER.unpack_from(data, at)
                 if kind != _BY_FAMILY:  # the end of all, or an error
                     return
-                yield socket.inet_ntoa(data[at + _REMOTE : at + _REMOTE + 4])
+                address = socket.inet_ntoa(data[at + _REMOTE : at + _REMOTE + 4])
+                yield from [address] * (LEFT if data[at + _STATE] == _CLOSE_WAIT else 1)
                 at += (size + 3) & ~3
 
 

@@ -128,9 +128,10 @@ def test_who_comes_again_is_shut_out_at_once_and_twice_as_long(gate, listener, d
         dial(STRANGER, MOST + 1)
 
 
-def test_connections_that_wait_to_be_accepted_are_seen_though_they_hold_no_descriptor(gate, dial, monkeypatch):
-    monkeypatch.setattr(flockwire_core.runtime.gate, "_lowest_free", lambda listener: 0)
-    dial(STRANGER, MOST + 1)
+def test_connections_that_were_left_before_they_were_accepted_count_more(gate, dial, listener):
+    for _ in range(2):
+        socket.create_connection(listener.getsockname(), source_address=(STRANGER, 0)).close()
+    dial(OTHER, MOST)
     gate.look(0)
     gate.look(SECOND)
     assert gate.shut.keys() == {STRANGER}
