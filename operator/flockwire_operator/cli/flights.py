@@ -1,4 +1,4 @@
-"""Commands for flights: `up`, `conduct`, `sim`, `study`, `compare-laws`, `probe`."""
+"""Commands for a flight: `up`, `conduct`, `sim`, `probe`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,6 @@ from flockwire_operator.cli.inputs import (
     own_folder,
     refuse,
     refuse_a_second_trace,
-    refuse_unused,
     refused,
     this_host,
 )
@@ -35,7 +34,6 @@ app = typer.Typer()
 UntilLanding = Annotated[
     float, typer.Option(min=0.0, callback=finite, help="Seconds from take-off to landing; 0: until Ctrl-C.")
 ]
-RandomStarts = Annotated[str | None, typer.Option(metavar="WxD", help="Random starts in a box in m, like 6x6.")]
 NO_TRACE = "--out = {out}: there is no trace of this flight; does the recorder run, with this folder?"
 
 
@@ -155,6 +153,7 @@ def simulate(flight: Flight, verbose: bool, out: Path | None = None, toml: str =
     with progress("flight in virtual time", flight.duration) as show:
 
         def shown(flown: float) -> None:
+            """Show how much has been flown, s."""
             show(f"{flown:.0f} s of flight", flown)
 
         if out is not None:
@@ -169,100 +168,6 @@ def simulate(flight: Flight, verbose: bool, out: Path | None = None, toml: str =
     if out is not None:
         return conclude(outcome.failure, out, verbose=verbose)
     return verdict(filter(None, (outcome.failure, *print_figures(summarise(trace), verbose))))
-
-
-UNUSED = {  # by what `study` flies: its name in messages, and the options without effect
-    "--replay": ("--replay", ("STUDY", "--search", "--runs", "--random-starts", "--jobs", "--scheduler", "--first",
-                              "--corpus", "--out", "--pdf")),
-    "--search": ("a search, which draws no figures", ("--pdf",)),
-    "study": ("a study without --search", ("--first", "--corpus")),
-}  # fmt: skip
-
-
-@app.command()
-def study(
-    swarm: SwarmFile,
-    file: Annotated[Path | None, typer.Argument(metavar="STUDY", help="The variations (TOML).")] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder; a second call continues in it [runs/NAME-study-TIME].")
-    ] = None,
-    runs: Annotated[int | None, typer.Option(min=1, help="Flights at each grid point [100].")] = None,
-    seed: Annotated[int | None, typer.Option(min=0, help="Seed of the whole study [0].")] = None,
-    duration: Annotated[
-        float | None, typer.Option(min=1.0, callback=finite, help="Seconds of each flight [20].")
-    ] = None,
-    random_starts: RandomStarts = None,
-    jobs: Annotated[int, typer.Option(min=0, help="Number of processes; 0: one for each core.")] = 0,
-    scheduler: Annotated[str, typer.Option(metavar="ADDRESS", help="Address of a Dask cluster to use instead.")] = "",
-    pdf: Annotated[bool, typer.Option("--pdf", help="Write each figure as PDF too.")] = False,
-    search: Annotated[
-        bool,
-        typer.Option(
-            "--search", help="Look for the worst flight, by an optimizer, instead of drawing values at random."
-        ),
-    ] = False,
-    liveness: Annotated[
-        bool, typer.Option("--liveness", help="With --search: faults end, then the formation must come back.")
-    ] = False,
-    first: Annotated[bool, typer.Option("--first", help="With --search: end at the first violation.")] = False,
-    corpus: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FOLDER", help="With --search: first fly the flights that an earlier search kept, in its folder."
-        ),
-    ] = None,
-    replay: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FAULTS", exists=True, help="Fly again one flight that a search found: its file of faults."
-        ),
-    ] = None,
-) -> None:
-    """Fly the swarm many times in virtual time with variations; report the success rate, or the worst flight."""
-    from flockwire_operator.cli import study as studies  # noqa: PLC0415  (numpy)
-
-    kind = "--replay" if replay is not None else "--search" if search | liveness else "study"
-    given = {"STUDY": file, "--search": search, "--runs": runs, "--random-starts": random_starts, "--jobs": jobs,
-             "--scheduler": scheduler, "--first": first, "--corpus": corpus, "--out": out, "--pdf": pdf}  # fmt: skip
-    what, unused = UNUSED[kind]
-    refuse_unused(what, {option: given[option] for option in unused})
-    if scheduler:
-        refuse_unused("--scheduler", {"--jobs": jobs})
-    loaded = load(swarm).swarm
-    folder = out or Path("runs") / f"{loaded.name}-study-{clock.local():%Y%m%d-%H%M%S}"
-    with refused(folder):
-        drawn = studies.options_of(runs, seed, duration, random_starts)
-        if kind == "study":
-            raise typer.Exit(studies.study(swarm, file, drawn, folder, jobs, scheduler, pdf))
-        from flockwire_operator.cli import search as searches  # noqa: PLC0415  (ribs)
-
-        if replay is not None:
-            raise typer.Exit(searches.replay(swarm, replay, seed, duration, liveness))
-        raise typer.Exit(searches.search(swarm, file, drawn, liveness, folder, jobs, scheduler, first, corpus))
-
-
-@app.command(name="compare-laws")
-def compare_laws(
-    swarm: SwarmFile,
-    laws: Annotated[
-        list[str], typer.Argument(metavar="LAW...", help="As control.law; with parameters: consensus,gain=0.5.")
-    ],
-    out: Annotated[
-        Path | None, typer.Option(help="Folder; a second call continues in it [runs/NAME-laws-TIME].")
-    ] = None,
-    runs: Annotated[int, typer.Option(min=1, help="Flights of each law.")] = 20,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the whole comparison.")] = 0,
-    duration: Annotated[float, typer.Option(min=1.0, callback=finite, help="Seconds of each flight.")] = 20.0,
-    random_starts: RandomStarts = None,
-    jobs: Annotated[int, typer.Option(min=0, help="Number of processes; 0: one for each core.")] = 0,
-) -> None:
-    """Fly several laws from the same starts in virtual time; write one table as text, CSV, LaTeX and PDF."""
-    from flockwire_operator.cli import study as studies  # noqa: PLC0415  (numpy)
-
-    folder = out or Path("runs") / f"{load(swarm).swarm.name}-laws-{clock.local():%Y%m%d-%H%M%S}"
-    with refused(folder):
-        options = studies.options_of(runs, seed, duration, random_starts)
-        raise typer.Exit(studies.compare_laws(swarm, laws, options, folder, jobs))
 
 
 @app.command()
