@@ -8,6 +8,8 @@ from math import sqrt
 from flockwire_core.control.free_place import Disc
 from flockwire_core.control.plane_polygon import Corner
 
+_Beside = tuple[float, float, float]  # s, d and R of a disc, m
+
 ROUNDING = 0.05  # m over which the way out to a ramp is rounded
 
 
@@ -47,8 +49,7 @@ def lateral_shift(
     discs: s_k + early counts in place of s_k < 0, but 0 at most.
     """
     (px, py), (ux, uy) = place, along
-    own: list[tuple[float, float, float]] = []
-    others: list[tuple[float, float, float]] = []
+    own, others = list[_Beside](), list[_Beside]()
     for cx, cy, r in discs:
         x, y = px - cx, py - cy
         s, d = ux * x + uy * y, side * (ux * y - uy * x)
@@ -58,13 +59,17 @@ def lateral_shift(
     if not own:
         return 0.0, 0.0
     largest = max([r - d for _, d, r in own])
-    joined = others
-    while joined:
-        joined = [
-            (s, d, r) for s, d, r in others if abs(d + largest) < r and any(abs(s - t) < r + q for t, _, q in own)
-        ][:1]
-        for disc in joined:
-            own.append(disc)
-            others.remove(disc)
-            largest = max(largest, disc[2] - disc[1])
+    while (disc := _joining(own, others, largest)) is not None:
+        own.append(disc)
+        others.remove(disc)
+        largest = max(largest, disc[2] - disc[1])
     return max([rounded(half_width(s, r, slope) - d) for s, d, r in own]), largest
+
+
+def _joining(own: Sequence[_Beside], others: Sequence[_Beside], largest: float) -> _Beside | None:
+    """Return the first of `others` that overlaps with one of `own` and that the line shifted by `largest` crosses."""
+    for disc in others:
+        s, d, r = disc
+        if abs(d + largest) < r and any(abs(s - t) < r + q for t, _, q in own):
+            return disc
+    return None

@@ -98,7 +98,6 @@ def shortest_way(
     """
     if start == goal:
         return Way(0.0, goal, 0.0)
-    most = hypot(turn[0], turn[1])
     targets = [(k, to, (x, y, to * r)) for k, (x, y, r) in enumerate(discs) for to in (1.0, -1.0)]
     targets.append((len(discs), 0.0, (goal[0], goal[1], 0.0)))
     queue: list[_Step] = []
@@ -114,8 +113,7 @@ def shortest_way(
             angle = arc(side, arrival, edge)
             if angle <= LONGEST_ARC:
                 length = g + abs(at[2]) * angle + hypot(edge[2] - edge[0], edge[3] - edge[1])
-                if here < 0 and to:
-                    length += most - turn[0] * edge[4] - turn[1] * edge[5] + (right if to < 0.0 else 0.0)
+                length += _dearer(edge, to, right, turn) if here < 0 else 0.0
                 rest = hypot(goal[0] - edge[2], goal[1] - edge[3])
                 heappush(queue, (length + rest, length, len(nodes) - 1, k, to, angle, edge))
         step = _next_step(queue, closed, nodes, discs)
@@ -128,6 +126,12 @@ def shortest_way(
         closed.add((here, side))
         at = (discs[here][0], discs[here][1], side * discs[here][2])
     return None
+
+
+def _dearer(edge: Edge, side: float, right: float, turn: Corner) -> float:
+    """Return by how many m a way counts as longer that begins with this tangent, to a disc on its `side`."""
+    more = hypot(turn[0], turn[1]) - turn[0] * edge[4] - turn[1] * edge[5] + (right if side < 0.0 else 0.0)
+    return more if side else 0.0
 
 
 def _next_step(
