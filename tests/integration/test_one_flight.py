@@ -21,13 +21,12 @@ from flockwire_core import clock
 from flockwire_core.security.pki import make_keys
 from flockwire_core.wire.batch import Batch
 from flockwire_core.wire.codec import decode
-from flockwire_core.wire.inbox import MISDIRECTED, OVER_QUOTA, attachment, read_attachment
+from flockwire_core.wire.inbox import attachment, read_attachment
 from flockwire_core.wire.keys import BATCH, MISSION, ROWS, Key
 from flockwire_core.wire.status import Status
 
 FOLLOWERS = ("uav1", "uav2", "uav3", "uav4")
 CIRCLE = 'kind = "circle"\nradius = 0.5\nrate = 0.2'  # a leader that stays clear of obstacle and fence
-JUNK = {"malformed", MISDIRECTED, OVER_QUOTA}  # reasons to reject what was never a message; genuine ones may be late
 Flight = tuple[Fleet, Tower]
 
 
@@ -75,14 +74,12 @@ def everybody(flight: Flight) -> dict[str, Status]:
     return tower.wait(lambda seen: seen.keys() == fleet.running.keys())
 
 
-def rejections(statuses: dict[str, Status], late: bool = True) -> Counter[tuple[str, str]]:
-    """Return how many messages each process rejected, by process and key; those that were `late` may be left out."""
+def rejections(statuses: dict[str, Status]) -> Counter[tuple[str, str]]:
+    """Return how many messages each process rejected, by process and key."""
     counts: Counter[tuple[str, str]] = Counter()
     for name, status in statuses.items():
-        for rejected, count in status.rejected:
-            key, _, reason = rejected.partition(" ")
-            if late or reason in JUNK:
-                counts[name, key] += count
+        for reason, count in status.rejected:
+            counts[name, reason.partition(" ")[0]] += count
     return counts
 
 
@@ -229,7 +226,7 @@ def test_a_hundred_thousand_payloads_end_no_process_and_delay_no_step(flight: Fl
     genuine: dict[str, bytes] = {}
     overhear(fleet, lambda key, payload, _: genuine.setdefault(key, payload), 1.0)
     assert len(genuine) > 30
-    before = rejections(everybody(flight), late=False)
+    before = rejections(everybody(flight))
     dice, sent = random.Random(7), Counter()
     for insider in ("gateway", "kinematics", "leader", *FOLLOWERS, "operator"):
         with fleet.insider(insider) as session:
@@ -248,7 +245,8 @@ def test_a_hundred_thousand_payloads_end_no_process_and_delay_no_step(flight: Fl
     assert len(wanted) > 30
 
     def counted(seen: dict[str, Status]) -> dict[tuple[str, str], int]:
-        return counted_of(wanted, rejections(seen, late=False) - before)
+        return counted_of(wanted, rejections(seen) - before)
 
-    seen = tower.wait(lambda seen: all(count >= wanted[reader] for reader, count in counted(seen).items()))
-    assert counted(seen) == wanted
+    with contextlib.suppress(AssertionError):  # the counts say more
+        tower.wait(lambda seen: counted(seen) == wanted)
+    assert counted(everybody(flight)) == wanted

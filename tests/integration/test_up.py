@@ -169,6 +169,7 @@ def test_a_second_up_is_refused_at_once_and_ctrl_c_lands_the_first_and_leaves_a_
     output, errors = first.communicate(timeout=60)
     assert "landing" in output
     assert "ended unexpectedly" not in errors
+    assert (out / "report.html").exists()
     assert first.returncode == 0, errors
 
 
