@@ -17,7 +17,7 @@ from flockwire_core.runtime.swarm_clock import SwarmClock
 from flockwire_core.runtime.ticker import Ticker
 from flockwire_core.runtime.topics import in_order, recorded_topic
 from flockwire_core.trace_files import next_part
-from flockwire_core.wire.keys import ROWS
+from flockwire_core.wire.keys import ROWS, Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.schemas import ROS_TYPES
@@ -38,6 +38,8 @@ class Recorder:
         self._rejected: Counter[str] = Counter()
         self.full: TraceFullError | None = None
         self._topics = [recorded_topic(plan, key, session) for key in plan.subscribes[identity]]
+        central = [one for one in plan.started if plan.rows[one].batches and plan.members[one].drone is None]
+        self._central = {one: f"/{plan.text(Key('status', one))}" for one in central}  # no flight leaves them out
         self._ros_types = {f"/{plan.text(key)}": ROS_TYPES[ROWS[key.kind].message] for key in plan.keys}
 
     def tick(self, lateness: int, skipped: int) -> None:
@@ -73,7 +75,8 @@ class Recorder:
     def _report(self) -> Report:
         if self.full is not None:
             return Report(Phase.FULL, str(self.full.strerror))
-        return Report(Phase.RECORDING) if self._trace.written > 1 else Report(Phase.WAITING, "waits for messages")
+        unheard = [one for one, topic in self._central.items() if topic not in self._trace.topics]
+        return Report(Phase.WAITING, f"does not hear {', '.join(unheard)}") if unheard else Report(Phase.RECORDING)
 
 
 async def run(job: Job) -> None:
@@ -94,11 +97,6 @@ async def run(job: Job) -> None:
         recorder, core = Recorder(plan, identity, session, trace, refusals), make_recorder()
         ticker = Ticker(core.period, recorder.tick)
         ticker.start()
-        done = False
-        try:
+        with last_resort(identity, ticker.stop):
             await wait_for_end(core, plan, identity, session, ending)
             recorder.close()  # before the last resort: a slow disk takes its time, who supervises ends what hangs
-            done = True
-        finally:
-            ticker.stop()
-            last_resort(identity, done)

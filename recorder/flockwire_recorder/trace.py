@@ -88,6 +88,11 @@ class TraceWriter:
         except OSError as error:
             raise self._failure(error) from error
 
+    @property
+    def topics(self) -> Collection[str]:
+        """The topics with a message."""
+        return self._channels.keys()
+
     def write(
         self,
         topic: str,

@@ -15,6 +15,7 @@ from subprocess import Popen
 
 import pytest
 from fleet import Tower, agree, flockwire, keys_of, processes_of
+from flockwire_analysis.reading import read_trace
 from flockwire_core.loading import load_swarm
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import Status
@@ -98,16 +99,26 @@ def test_a_swarm_flies_over_ipv6(make_swarm: Callable[..., Path], tmp_path: Path
 
 
 @pytest.mark.long
-def test_two_swarms_fly_side_by_side(make_swarm: Callable[..., Path], tmp_path: Path) -> None:
+def test_two_swarms_fly_side_by_side_and_wait_for_a_frozen_recorder(
+    make_swarm: Callable[..., Path], tmp_path: Path
+) -> None:
     swarms = [make_swarm(name=name) for name in ("one", "other")]
     flights = [
         flockwire("up", swarm, "--headless", "--duration", "10", "--out", tmp_path / swarm.stem) for swarm in swarms
     ]
+    wait_until((tmp_path / "one" / "logs" / "uav1.log").exists)  # the others begin when it has reported
+    (recorder,) = [one for one in processes_of(swarms[0]) if "recorder" in one.cmdline()]
+    recorder.suspend()
+    time.sleep(4.0)  # longer than its links live, and its status counts; without it they take off within 2 s
+    recorder.resume()
     for swarm, flight in zip(swarms, flights, strict=True):
         _, errors = flight.communicate(timeout=120)
         summary = json.loads((tmp_path / swarm.stem / "summary.json").read_text())
         assert summary["formation_error_m"]["settled_s"] is not None, errors
         assert summary["drones"] == 5
+        trace = read_trace(tmp_path / swarm.stem / "trace.mcap")
+        took_off = min(order.stamp for order in trace.missions if order.verb == "takeoff")
+        assert all(trace.of("truth", i).stamps[0] < took_off for i in range(5))
 
 
 @pytest.mark.long

@@ -1,6 +1,7 @@
 """The recorder on samples by hand: what it drops, and what it reports once its disk is full."""
 
 import asyncio
+import threading
 from contextlib import nullcontext
 from errno import ENOSPC
 from itertools import pairwise
@@ -21,8 +22,9 @@ from flockwire_core.wire.batch import MOST, Batch, Entry
 from flockwire_core.wire.codec import decode, encode
 from flockwire_core.wire.inbox import ATTACHMENT, BURST
 from flockwire_core.wire.keys import BATCH, ROWS, Key
+from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.plan import Plan
-from flockwire_core.wire.status import Status
+from flockwire_core.wire.status import Report, Status
 from flockwire_operator.cli.verdict import conclude
 from flockwire_recorder import process
 from flockwire_recorder.full import TraceFullError
@@ -125,10 +127,17 @@ def test_the_trace_is_complete_before_the_process_is_ended_in_any_case(monkeypat
     async def at_once(*_):
         return LinkedSession()
 
+    class LastTimer:
+        def __init__(self, _, __, arguments):
+            done.append(arguments)
+
+        def start(self):
+            pass
+
     monkeypatch.setattr(process, "Refusals", lambda _: Refusals())
     monkeypatch.setattr(process, "connect_job", at_once)
     monkeypatch.setattr(process, "wait_for_end", at_once)
-    monkeypatch.setattr(process, "last_resort", lambda *how: done.append(how))
+    monkeypatch.setattr(threading, "Timer", LastTimer)
     monkeypatch.setattr(TraceWriter, "close", close_trace)
     job = Job(Plan(swarm_of()), "recorder", None, "", tmp_path)
     with pytest.raises(TraceFullError) if full else nullcontext():
@@ -245,6 +254,17 @@ def test_a_drones_batches_bring_no_more_messages_than_a_multiple_of_its_own(reco
     assert rejected.pop("paper/uav1/batch overflow") == 500
     assert rejected.pop("paper/uav1/batch over quota") == 500 * topics.BATCHES - len(decoded)
     assert not rejected
+
+
+def test_it_waits_for_each_process_that_no_flight_does_without(recording):
+    recorder, session, _ = recording
+    unheard = ["gateway", "kinematics"]
+    for one in tuple(unheard):
+        assert recorder._report() == Report(Phase.WAITING, f"does not hear {', '.join(unheard)}")
+        session.put(Key("status", one), b"x", 0)
+        recorder.drain(T0)
+        unheard.remove(one)
+    assert recorder._report() == Report(Phase.RECORDING)
 
 
 def test_a_batch_of_too_many_messages_is_dropped(recording):

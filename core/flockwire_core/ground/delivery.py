@@ -17,6 +17,7 @@ from flockwire_core.ground.director import LEAD_TIME, Director, Stage
 from flockwire_core.ground.first_places import with_first_places, with_held_places
 from flockwire_core.ground.fleet import GATEWAY_SILENT, IN_THE_AIR, Fleet
 from flockwire_core.ground.known_orders import KnownOrders
+from flockwire_core.ground.lost import FLYING
 from flockwire_core.ground.order import ENDING, Answer, Order, overtaken
 from flockwire_core.pilot.orders import UNNUMBERED, rank
 from flockwire_core.swarm.model import uav
@@ -240,8 +241,7 @@ class StartDelivery(ChangeDelivery):
             hover = "; the others stay in the air: `flockwire land` lands them" if fleet.flies else ""
             self.answer = Answer(refusal=director.failure + hover) if director.failure else overtaken(director.ordered)
         elif director.stage is Stage.PREPARING and since >= LOOK_TIME + READY_TIME:
-            why = "; ".join(director.unready(fleet))
-            self.answer = Answer(refusal=f"not ready: {why} (`--without ID` flies without a drone)")
+            self.answer = Answer(refusal=_not_ready(director, fleet))
         elif director.stage is Stage.FLYING and order is not None:
             self._judge_flight(order, fleet, fleet.now - director.since)
 
@@ -252,3 +252,8 @@ class StartDelivery(ChangeDelivery):
             self.answer = Answer(refusal="another formation was ordered meanwhile, by another station")
         elif not (late or fleet.lacking(order)) or since >= ANSWER_TIME + LEAD_TIME:
             self._answer(fleet, late)
+
+
+def _not_ready(director: Director, fleet: Fleet) -> str:
+    remedy = " (`--without ID` flies without a drone)" if fleet.others_than(Phase.READY, *FLYING) else ""
+    return f"not ready: {'; '.join(director.unready(fleet))}{remedy}"

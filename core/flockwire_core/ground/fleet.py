@@ -11,7 +11,7 @@ from flockwire_core.domain.vector import Vector
 from flockwire_core.pilot.orders import rank
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.phase import Phase
-from flockwire_core.wire.processes import GATEWAY
+from flockwire_core.wire.processes import GATEWAY, RECORDER
 from flockwire_core.wire.status import Report, Status
 
 STALE = 2 * SECOND  # ns, maximum age of a status or telemetry
@@ -118,6 +118,13 @@ class Fleet:
         if report is None:
             return (GATEWAY_SILENT,)
         return (f"{GATEWAY.kind}: {report.detail}",) if report.phase == Phase.WAITING else ()
+
+    def recorder_problem(self) -> tuple[str, ...]:
+        """Return why a recorder would miss a take-off, by its last status, which may be old: it may be frozen."""
+        last = self._statuses.get(RECORDER.kind)
+        if last is None or last.report.phase != Phase.WAITING:
+            return ()
+        return (f"{RECORDER.kind}: {last.report.detail}",)
 
     def clocks_off(self, bound: float) -> dict[str, float]:
         """Return the clock bounds, s, by process, that are above `bound` or unknown (-1)."""

@@ -18,7 +18,7 @@ def has_flown(mission: Mission | None) -> bool:
 
 def problems(swarm: Swarm, fleet: Fleet) -> tuple[str, ...]:
     """Return a sentence for each problem to correct before `fleet` takes off."""
-    return (*_clocks(swarm, fleet), *_places(swarm, fleet))
+    return (*fleet.recorder_problem(), *_clocks(swarm, fleet), *_places(swarm, fleet))
 
 
 def _clocks(swarm: Swarm, fleet: Fleet) -> Iterator[str]:

@@ -89,6 +89,8 @@ def _process(plan: Plan, identity: str, seen: Seen) -> Finding:
         return Finding(
             identity, "clock", known, f"wait; otherwise the network's round trip takes more than {2.0 * most:g} s"
         )
+    if row.records and status.report.phase == Phase.WAITING:
+        return Finding(identity, "process", status.report.detail, "it waits for these; no flight begins before")
     return Finding(identity, "process, clock", f"{status.report.phase}, known to {1e3 * bound:.1f} ms")
 
 

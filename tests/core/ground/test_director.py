@@ -89,6 +89,7 @@ class Tower:
     """A director, its pilots, and the gateway's log, a tenth of a second between steps."""
 
     phase, detail = Phase.TRACKING, ""  # of the gateway
+    recorder = None  # age, ns, and report of its newest status
 
     def __init__(self, duration=60.0, formation=""):
         self.now, self.director = BEGAN, conducting(duration, formation)
@@ -122,6 +123,9 @@ class Tower:
         statuses = {name: pilot.status(self.now) for name, pilot in there}
         report = Report(self.phase, self.detail, mission=self.log.order, order_age=self.log.age(self.now))
         statuses["gateway"] = Status(self.now, "world", "gateway", report, 0, 0, 0, 0, 0, 0.0, 0, (), ())
+        if self.recorder is not None:
+            age, report = self.recorder
+            statuses["recorder"] = Status(self.now - age, "world", "recorder", report, 0, 0, 0, 0, 0, 0.0, 0, (), ())
         return statuses, {pilot.drone: pilot.telemetry(self.now) for _, pilot in there}
 
     def take(self, order):
@@ -688,6 +692,24 @@ def test_without_poses_the_reason_of_the_gateway_comes_first():
     tower.all((Phase.GROUNDED, "waits for its own pose"))
     tower.step(STAGE_TIME / SECOND + 1)
     assert "30 s (gateway: no answer from 10.0.0.1:1510: check its address; leader: waits" in tower.failure
+
+
+@pytest.mark.parametrize(
+    ("recorder", "why"),
+    [
+        ((0, Report(Phase.WAITING, "does not hear gateway")), "recorder: does not hear gateway"),
+        ((STALE, Report(Phase.WAITING, "does not hear gateway")), "recorder: does not hear gateway"),  # frozen
+        ((STALE, Report(Phase.RECORDING)), ""),  # it was ended, or the gap is in the trace
+        ((0, Report(Phase.FULL, "no space")), ""),  # the flight is told at its end
+        ((0, Report(Phase.RECORDING)), ""),
+    ],
+)
+def test_no_flight_begins_before_the_recorder_records_it(tower, recorder, why):
+    tower.recorder = recorder
+    assert tower.all(Phase.READY) == ([] if why else ["takeoff"])
+    assert tower.director.unready(tower.fleet(tower.now)) == ((why,) if why else ())
+    tower.recorder = (0, Report(Phase.RECORDING))
+    assert tower.all(Phase.READY) == (["takeoff"] if why else [])
 
 
 @pytest.mark.parametrize("phase", [Phase.LANDING, Phase.READY, Phase.GROUNDED, None])

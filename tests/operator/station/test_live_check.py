@@ -72,6 +72,7 @@ WRONG = [
     (lambda seen: seen.statuses.pop("gateway"), "gateway", "process", "flockwire gateway SWARM"),
     (lambda seen: seen.statuses.pop("driver2"), "driver2", "process", "flockwire driver SWARM 2"),
     (report("uav3", bound=-1.0), "uav3", "clock", "wait"),
+    (report("recorder", "waiting", "does not hear gateway"), "recorder", "process", "no flight begins before"),
     (lose_pose, "uav3", "pose", "is the body 'uav3' in the cameras' view"),
     (lambda seen: seen.positions[3].append((0.3, 0.0, 0.0)), "uav3", "still", "confuses it with another body"),
     (report("uav3", "grounded", "waits for uav2's estimate"), "uav3", "neighbours", "see the lines"),
