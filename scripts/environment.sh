@@ -85,7 +85,10 @@ sync_environment() { # run, dev or compiled
   mkdir -p build
   exec 9> build/lock # two scripts share the folder build
   if command -v flock > /dev/null; then flock 9; fi
-  if is_current "$place" "$place/bin/python" "${sources[@]}"; then return; fi # another one has made it
+  if is_current "$place" "$place/bin/python" "${sources[@]}"; then # another one has made it
+    exec 9>&- # who tests would keep the lock
+    return
+  fi
   if pgrep -f "^$PWD/$place/bin/" > /dev/null 2>&1; then
     echo "flockwire: the sources have changed, and processes run from $place: end them first" >&2
     return 2

@@ -32,27 +32,19 @@ DOCS = ROOT / "docs"
 INSTALLED = not Path(loading.__file__).is_relative_to(ROOT / "core")
 
 
-MACHINES = {"test_console", "test_containers", "test_hosts"}  # wait for a browser, an image, other machines
-
-
 def group(module: Path) -> str:
-    """Return which tests run in one process with those of a module, one after the other: one swarm flies at a time.
-
-    Those of MACHINES are in their own process: a swarm of theirs may fly beside.
-    """
-    if module.parent.name != "integration":
-        return str(module)
-    return "machines" if module.stem in MACHINES else "flights"
+    """Return which tests run in one process with those of a module, one after the other: one swarm flies at a time."""
+    return "flights" if module.parent.name == "integration" else str(module)
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item], config: pytest.Config) -> None:
-    """Let the groups that take longest begin first; an installed wheel has no sources."""
+    """Let the group that takes longest begin first; an installed wheel has no sources."""
     if INSTALLED:
         left = [item for item in items if item.get_closest_marker("sources")]
         config.hook.pytest_deselected(items=left)
         items[:] = [item for item in items if item not in left]
-    items.sort(key=lambda item: group(item.path) not in ("flights", "machines"))
+    items.sort(key=lambda item: group(item.path) != "flights")
 
 
 class Groups(LoadScopeScheduling):

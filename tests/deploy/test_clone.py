@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from shadows import lay_shadows
 
-pytestmark = [pytest.mark.long, pytest.mark.sources]
+pytestmark = [pytest.mark.long, pytest.mark.sources, pytest.mark.alone]
 ROOT = Path(__file__).parents[2]
 SOMEWHERE = ("PIP_TARGET", "PIP_PREFIX", "PYTHONHOME", "VIRTUAL_ENV", "UV_PROJECT_ENVIRONMENT", "UV_PROJECT")
 OTHERS = dict.fromkeys(SOMEWHERE, "/nowhere") | {  # what shells of users contain

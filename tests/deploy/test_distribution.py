@@ -106,6 +106,7 @@ def test_the_four_commands_of_the_page_draw_the_first_figure_of_an_own_law(progr
     assert (here / "first/trajectories.png").exists()
 
 
+@pytest.mark.alone
 @pytest.mark.skipif(not has_namespaces(), reason="a program cannot be run without a network here")
 def test_it_flies_real_processes_in_one_command_without_a_network(program, here):
     run(program / "flockwire", "init", "mine.toml", cwd=here)

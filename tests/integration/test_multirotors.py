@@ -11,6 +11,7 @@ from fleet import flockwire
 
 
 @pytest.mark.long
+@pytest.mark.alone  # a pause of 0.3 s is 0.1 m: 0.148 m in 1 of some 60 flights beside other tests, alone 0 of 4
 @pytest.mark.parametrize("rotors", ["false", "true"])
 def test_five_fly_in_formation(make_swarm: Callable[..., Path], tmp_path: Path, rotors: str) -> None:
     swarm, out = make_swarm(), tmp_path / "out"
