@@ -18,7 +18,8 @@ OURS = (  # files that call or import a law
     "flockwire_agent/guarded_law.py",
     "flockwire_leader/lead_messages.py",
     "importlib/__init__.py",
-    *(f"flockwire_core/{name}.py" for name in ("own_law", "law", "objects", "follower_law", "wire/law_form")),
+    "flockwire_core/wire/law_form.py",
+    *(f"flockwire_core/{name}.py" for name in ("own_law", "law", "objects", "follower_law", "time_limit")),
 )
 MOST_FRAMES = 4  # of an error
 UNEXPECTED = re.compile(r"(\w+)\.__new__\(\) got an unexpected keyword argument '(\w+)'")

@@ -91,9 +91,10 @@ def _stages(swarm: Swarm, to_fly: bool) -> Iterator[tuple[Rule, ...]]:
     own = (rule for row in AIRFRAMES if row.rules and swarm.of_kind(row) for rule in load_object(row.rules))
     yield rules.TABLES
     yield (*rules.RULES, *formation_rules.RULES, *own, *ros_rules.RULES)
+    if to_fly:
+        yield (law_problems,)  # addresses depend on what the law declares
     yield (*formation_rules.LATER, *address_rules.RULES)
     if to_fly:
-        yield (law_problems,)
         yield (law_failures,)
 
 

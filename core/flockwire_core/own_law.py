@@ -21,6 +21,7 @@ from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.swarm.tables import Parameters
 from flockwire_core.swarm.validation import Problem, problems_of
 from flockwire_core.swarm.wording import meant, shown
+from flockwire_core.time_limit import limited
 from flockwire_core.wire.information import declared as declared_by
 from flockwire_core.wire.information import information_of, speakers
 from flockwire_core.wire.law_form import FormError, LawForm, law_form, packed
@@ -38,7 +39,8 @@ class LawError(ValueError):
 def load_law(law: str) -> type[Law]:
     """Return the class that `law_object` names; raises LawError."""
     try:
-        found = load_object(law)
+        with limited():
+            found = load_object(law)
     except FAILURES as error:  # importing a user's module may raise anything
         file, _, name = law.rpartition(":")
         if isinstance(error, AttributeError) and error.name == name:
@@ -146,19 +148,20 @@ def law_failures(swarm: Swarm) -> Iterator[Problem]:
     for number in swarm.followers:
         when = "is made"
         try:
-            law = follower_law(swarm, number)
-            said, plan = list[object](), None
-            for situation in dry_flight(swarm, number, said):
-                when, observation = situation
-                if plan is not None:
-                    observation = observation._replace(plan=plan)
-                decision = law.step(observation)
-                check_decision(decision)
-                data = packed(decision.message, declared, form)
-                if form is not None and data is not None:
-                    said.append(form.unpack(data))
-                if declared.deadline > 0.0 and observation.place is not None and hasattr(law, "plan"):
-                    plan = law.plan(observation)
+            with limited():
+                law = follower_law(swarm, number)
+                said, plan = list[object](), None
+                for situation in dry_flight(swarm, number, said):
+                    when, observation = situation
+                    if plan is not None:
+                        observation = observation._replace(plan=plan)
+                    decision = law.step(observation)
+                    check_decision(decision)
+                    data = packed(decision.message, declared, form)
+                    if form is not None and data is not None:
+                        said.append(form.unpack(data))
+                    if declared.deadline > 0.0 and observation.place is not None and hasattr(law, "plan"):
+                        plan = law.plan(observation)
         except FAILURES as error:  # a user's class may raise anything
             absent = swarm.control.elsewhere and isinstance(error, ConnectionError)
             text = f"that of {uav(number)} fails when it {when}: {_explained(error)}"
@@ -174,7 +177,8 @@ def _explained(error: BaseException) -> str:
 def _lead_failures(swarm: Swarm, form: LawForm) -> Iterator[Problem]:
     """Let the law lead once."""
     try:
-        form.pack(load_object(law_object(swarm)).lead(0.0, LeaderMotion(ZERO)))
+        with limited():
+            form.pack(load_object(law_object(swarm)).lead(0.0, LeaderMotion(ZERO)))
     except FAILURES as error:
         yield Problem("control.law", f"its class method lead(t, motion) fails: {raised(error)}")
 
@@ -190,7 +194,8 @@ def law_check(swarm: Swarm) -> Checked:
     if swarm.sole_leader is not None:
         places[swarm.sole_leader] = ZERO
     try:
-        found = check(swarm.topology, places, law_parameters(swarm, law))
+        with limited():
+            found = check(swarm.topology, places, law_parameters(swarm, law))
         kinds = (list | tuple, list | tuple, Mapping)
         if not isinstance(found, list | tuple) or len(found) != 3 or not all(map(isinstance, found, kinds)):
             raise TypeError(f"it must return problems and notes (lists of text) and rates (a dict), not {found!r}")

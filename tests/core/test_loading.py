@@ -8,6 +8,7 @@ from flockwire_core.loading import SwarmFileError, load_swarm, parse_swarm, read
 from flockwire_core.swarm.laws import BUILT_IN
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.reading import CONTROLS, LARGEST_TOML
+from flockwire_core.swarm.validation import MORE, MOST
 from flockwire_core.wire.plan import Plan
 from flockwire_lab.faults.file import load_faults
 from flockwire_lab.study.file import Study, load_study
@@ -130,6 +131,14 @@ def test_each_problem_has_its_line(swarm_table):
     with pytest.raises(SwarmFileError) as refused:
         parse_swarm(swarm_table({"speed": 3, "control.formation_gain": "3"}), "test.toml")
     assert len(str(refused.value).split("\n")) == 2
+
+
+def test_the_first_of_very_many_problems_are_named(swarm_table):
+    with pytest.raises(SwarmFileError) as refused:
+        parse_swarm(swarm_table({f"key{number}": 1 for number in range(MOST + 7)}), "test.toml")
+    *named, last = str(refused.value).split("\n")
+    assert len(named) == MOST
+    assert last == f"test.toml: {MORE.format(count=7)}"
 
 
 def test_an_unsound_swarm_is_reported_before_what_depends_on_it(make_swarm):
@@ -298,6 +307,9 @@ HOSTILE = {
     "tables": f"name = {'{a=' * 40}1{'}' * 40}",
     "parameters": f"[control.parameters]\nx = {'[' * 20}{']' * 20}",
     "digits": f"name = {'1' * 5000}",
+    "dots": f"name{'.a' * 100_000} = 1",  # for which tomllib takes minutes and 40 GB
+    "header": f"[name{' . a' * 100_000}]",
+    "quotes": """name = { 'a'%s = 1 }""" % ('."\\""' * 100_000),
     "bytes": f'name = "{"x" * LARGEST_TOML}"',
 }
 
