@@ -48,7 +48,7 @@ class CircleFormation(ShapeModel):
 class LineFormation(ShapeModel):
     """Followers on a line through the leader, alternately before and behind it."""
 
-    shape: ClassVar = shapes.Line
+    shape: ClassVar = staticmethod(shapes.line)
     kind: Literal["line"] = key(..., "on a line through the leader")
     spacing: Positive = key(1.0, "between neighbours", "m")
     heading: Finite = key(0.0, "of the line, from X", "rad")
@@ -58,7 +58,7 @@ class LineFormation(ShapeModel):
 class GridFormation(ShapeModel):
     """Followers on a rectangular grid with the leader in one of its cells."""
 
-    shape: ClassVar = shapes.Grid
+    shape: ClassVar = staticmethod(shapes.grid)
     kind: Literal["grid"] = key(..., "on a rectangular grid")
     spacing: Positive = key(1.0, "between neighbours", "m")
     columns: int = key(3, "of the grid", ge=1)
@@ -68,7 +68,7 @@ class GridFormation(ShapeModel):
 class PolygonFormation(ShapeModel):
     """Followers evenly spread along the perimeter of a regular polygon round the leader."""
 
-    shape: ClassVar = shapes.Polygon
+    shape: ClassVar = staticmethod(shapes.polygon)
     kind: Literal["polygon"] = key(..., "along the sides of a regular polygon")
     sides: int = key(4, "of the polygon", ge=3)
     radius: Positive = key(2.0, "of its corners", "m")

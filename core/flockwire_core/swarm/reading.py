@@ -18,6 +18,9 @@ NO_TEXT = "is not UTF-8 text"
 LARGEST, LARGEST_TOML = 64_000_000, 4_000_000  # bytes
 DEEPEST = 16  # tables and lists in each other
 TOO_DEEP = f"has more than {DEEPEST} tables or lists in each other"
+_DEEP_KEY = re.compile(  # too deep; the parser's time and memory grow with its square
+    rf"""(?<![\w\\-])(?:(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){{{DEEPEST}}}"""
+)
 CONTROLS = "must not have control characters"
 BREAKS = {ord(character): None for character in "\t\n\r"}
 _SYNTAX = {  # part of the parser's message; its meaning for the user
@@ -69,6 +72,9 @@ def read_toml(path: Path, what: str, refusal: type[ValueError]) -> dict[str, Any
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
         raise refusal(f"{path}: cannot read the {what}: {reason}") from error
+    if (key := _DEEP_KEY.search(text)) is not None:
+        line = 1 + text.count("\n", 0, key.start())
+        raise refusal(f"{path}: line {line}: {TOO_DEEP}")
     try:
         table = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:

@@ -13,6 +13,8 @@ from pydantic import BaseModel, ValidationError
 from flockwire_core.swarm.outline import Outline
 from flockwire_core.swarm.wording import meant, one_of, shown
 
+MOST = 100  # problems of a file that are named
+MORE = "{count} more values or keys are wrong"
 NO_DEFAULT = "missing; this key has no default"
 Made = TypeVar("Made", bound=BaseModel)
 
@@ -61,9 +63,12 @@ def validate(model: type[Made], table: Mapping[str, Any], origin: str, refusal: 
 
 
 def problems_of(error: ValidationError, model: type[BaseModel]) -> list[Problem]:
-    """Return the errors of `model`, in the order of its keys."""
-    outline = Outline(model)
-    return list(dict.fromkeys(_problem(outline, dict(detail)) for detail in error.errors(include_url=False)))
+    """Return the first MOST errors of `model`, in the order of its keys, and how many there are besides."""
+    outline, details = Outline(model), error.errors(include_url=False)
+    found = [_problem(outline, dict(detail)) for detail in details[:MOST]]
+    if len(details) > MOST:
+        found.append(Problem("", MORE.format(count=len(details) - MOST)))
+    return list(dict.fromkeys(found))
 
 
 def _problem(outline: Outline, detail: dict[str, Any]) -> Problem:
