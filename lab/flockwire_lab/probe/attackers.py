@@ -9,6 +9,7 @@ import contextlib
 import json
 import time
 from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from itertools import count
 from typing import Any, NamedTuple
 
@@ -52,11 +53,11 @@ class Attack:
         # A client waits long for each refusal. The right to link does not depend on the mode: the peer tries all.
         groups = [[endpoint] for endpoint in wanted] if attacker.mode == "client" else [everywhere]
         self._links_wanted, self._link_time = len(wanted), patience * LINK_TIME
-        self._sessions: list[zenoh.Session] = []
-        for group in groups:
-            with contextlib.suppress(zenoh.ZError):  # refused at once
-                targets = [plan.locator(endpoint) for endpoint in group]
-                self._sessions.append(zenoh.open(attacker_configuration(attacker, targets, authority, self._link_time)))
+        configurations = [
+            attacker_configuration(attacker, map(plan.locator, group), authority, self._link_time) for group in groups
+        ]
+        with ThreadPoolExecutor(min(8, len(groups))) as pool:
+            self._sessions = [session for session in pool.map(_opened, configurations) if session is not None]
 
     def __enter__(self) -> Attack:
         return self
@@ -121,6 +122,13 @@ class Attack:
     def _answer(self, reply: zenoh.Reply) -> None:
         if reply.ok is not None:
             self.answered.add(str(reply.ok.key_expr))
+
+
+def _opened(configuration: zenoh.Config) -> zenoh.Session | None:
+    try:
+        return zenoh.open(configuration)
+    except zenoh.ZError:  # refused at once
+        return None
 
 
 def _direct(callback: Callable[..., None]) -> zenoh.handlers.Callback[Any]:

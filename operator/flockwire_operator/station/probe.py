@@ -12,6 +12,7 @@ import json
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from datetime import timedelta
 from pathlib import Path
@@ -159,12 +160,13 @@ def write(plan: Plan, observations: list[AttackResult], found: list[Deviation], 
 def _attack(
     plan: Plan, keys: Path, group: tuple[Attacker, ...], operator: Operator, patience: int = 1
 ) -> Iterator[AttackResult]:
-    """Receive in all modes at once, but publish in one after the other, to know the publisher."""
+    """Link and receive in all modes at once, but publish in one after the other, to know the publisher."""
     receiving = 0.6  # s, longer than the gateway takes to repeat an order
     settling = 0.3  # s, longer than two statuses take
-    with ExitStack() as stack:
-        attacks = [stack.enter_context(Attack(plan, attacker, str(keys / "ca.crt"), patience)) for attacker in group]
-        links = [attack.link() for attack in attacks]
+    with ExitStack() as stack, ThreadPoolExecutor(len(group)) as pool:
+        opened = pool.map(lambda attacker: Attack(plan, attacker, str(keys / "ca.crt"), patience), group)
+        attacks = [stack.enter_context(attack) for attack in opened]
+        links = list(pool.map(Attack.link, attacks))
         for attack in attacks:
             attack.subscribe()
         _watch(operator, patience * receiving)
