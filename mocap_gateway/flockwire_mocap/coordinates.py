@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flockwire_core.domain.quaternion import IDENTITY, Quaternion, product, rotate
+from flockwire_core.domain.quaternion import LEVEL, Quaternion, product, rotate
 from flockwire_core.domain.vector import ZERO, Vector, add, subtract
 from flockwire_core.swarm.gateway import Unit, UpAxis
 
@@ -30,7 +30,7 @@ class Coordinates:
 
     up_axis: UpAxis = "z"
     unit: Unit = "m"
-    rotation: Quaternion = IDENTITY
+    rotation: Quaternion = LEVEL
     offset: Vector = ZERO
 
     def position(self, point: Vector) -> Vector:

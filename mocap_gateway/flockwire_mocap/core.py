@@ -48,7 +48,7 @@ class SourceRow(NamedTuple):
 
 SOURCES: Mapping[str, SourceRow] = {  # by gateway.source
     "simulated": SourceRow("flockwire_twins.trackers.cameras:SimulatedSource"),
-    "natnet": SourceRow("flockwire_mocap.natnet.source:NatNetSource", "flockwire_mocap.natnet.client:connected"),
+    "natnet": SourceRow("flockwire_mocap.natnet.source:NatNetSource", "flockwire_mocap.natnet.client:NatNetClient"),
     "vrpn": SourceRow("flockwire_mocap.vrpn.source:VrpnSource", "flockwire_mocap.vrpn.client:VrpnClient"),
     "qualisys": SourceRow(
         "flockwire_mocap.qualisys.source:QualisysSource", "flockwire_mocap.qualisys.client:QualisysClient"

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from math import floor
 from typing import Final, NamedTuple
 
-from flockwire_core.compiling import mypyc_attr
 from flockwire_core.control.tracker import VelocityTracker
 from flockwire_core.domain.body import Body, BodyKind, to_axis
 from flockwire_core.domain.pose import Pose
-from flockwire_core.domain.record import Record
+from flockwire_core.domain.record import Frozen
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.domain.vector import Vector, distance, norm
 from flockwire_core.swarm.model import Swarm
@@ -69,16 +69,13 @@ class Cylinder(NamedTuple):
     height: float | None = None
 
 
-@mypyc_attr(acyclic=True)
-class Pillar(Record):
+@dataclass(frozen=True, slots=True)
+class Pillar(Frozen):
     """An obstacle: upright, with its axis at `center`; without a `height` endless. m."""
 
-    __slots__ = ("center", "radius", "height")
-
-    def __init__(self, center: Vector, radius: float, height: float | None) -> None:
-        self.center: Final = center
-        self.radius: Final = radius
-        self.height: Final = height
+    center: Vector
+    radius: float
+    height: float | None
 
 
 class Mover:

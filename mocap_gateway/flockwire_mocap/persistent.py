@@ -29,23 +29,14 @@ class PersistentConnection(AbstractAsyncContextManager[None], Generic[Streamed])
 
     def __init__(self, source: Streamed, drained: Callable[[], None]) -> None:
         self.source, self._drained = source, drained
-        self._task: asyncio.Task[None] | None = None
-
-    def open(self) -> None:
-        """Start to connect and reconnect, until `close`."""
-        self._task = asyncio.get_running_loop().create_task(self._keep_connected())
-
-    async def close(self) -> None:
-        """Close the connection."""
-        if self._task is not None:
-            self._task.cancel()
-            await asyncio.gather(self._task, return_exceptions=True)
+        self._task: asyncio.Task[None]
 
     async def __aenter__(self) -> None:
-        self.open()
+        self._task = asyncio.get_running_loop().create_task(self._keep_connected())
 
     async def __aexit__(self, *_: object) -> None:
-        await self.close()
+        self._task.cancel()
+        await asyncio.gather(self._task, return_exceptions=True)
 
     @abstractmethod
     async def connected(self) -> str:

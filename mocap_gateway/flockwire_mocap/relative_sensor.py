@@ -40,11 +40,11 @@ class Track:
     def at(self, stamp: int) -> tuple[Vector, Vector]:
         """Return position, m, and velocity, m/s, predicted to `stamp`; at the time of a pose, that pose."""
         dt = (stamp - self.stamp) / SECOND
-        (x, y, z), (vx, vy, vz), (ax, ay, az) = self.position, self._tracker.velocity, self._tracker.acceleration
+        x, v, a = self.position, self._tracker.velocity, self._tracker.acceleration
         half = 0.5 * dt * dt
         return (
-            (x + dt * vx + half * ax, y + dt * vy + half * ay, z + dt * vz + half * az),
-            (vx + dt * ax, vy + dt * ay, vz + dt * az),
+            (x[0] + dt * v[0] + half * a[0], x[1] + dt * v[1] + half * a[1], x[2] + dt * v[2] + half * a[2]),
+            (v[0] + dt * a[0], v[1] + dt * a[1], v[2] + dt * a[2]),
         )
 
 
@@ -106,7 +106,8 @@ class RelativeSensor:
 
     def _seen(self, i: int, j: int, here: Here, stamp: int, sense: Sense, named: bool = True) -> Seen:
         """Return what drone i senses of drone j, and nothing else."""
-        (own, own_velocity), (other, velocity) = here[i], here[j]
+        own, own_velocity = here[i]
+        other, velocity = here[j]
         age = (stamp - min(self._tracks[i].stamp, self._tracks[j].stamp)) / SECOND
         place, rate = subtract(other, own), subtract(velocity, own_velocity)
         if self._chance is not None:

@@ -8,7 +8,7 @@ from typing import Final, NamedTuple, Protocol
 
 from flockwire_core.compiling import mypyc_attr
 from flockwire_core.domain.pose import Pose
-from flockwire_core.domain.quaternion import IDENTITY, Quaternion
+from flockwire_core.domain.quaternion import LEVEL, Quaternion
 from flockwire_core.domain.record import Record
 from flockwire_core.domain.vector import Vector
 from flockwire_core.wire.codec import Message
@@ -46,7 +46,7 @@ class ReportedBody(Record):
 
 def unseen(identity: int, name: str | None) -> ReportedBody:
     """Return a body that the tracker does not see."""
-    return ReportedBody(identity, name, LOST, IDENTITY, tracked=False)
+    return ReportedBody(identity, name, LOST, LEVEL, tracked=False)
 
 
 class TrackerFrame(NamedTuple):

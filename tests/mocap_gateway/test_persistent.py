@@ -38,9 +38,8 @@ class Faulty(PersistentConnection):
 def test_an_unexpected_error_is_reported_and_does_not_end_the_attempts(error, caplog):
     async def run():
         client = Faulty([error, error])
-        client.open()
-        await until(lambda: client.reasons and client.reasons[-1] == "the server has ended it")
-        await client.close()
+        async with client:
+            await until(lambda: client.reasons and client.reasons[-1] == "the server has ended it")
         return client.reasons
 
     reasons = asyncio.run(run())
@@ -86,17 +85,16 @@ def test_a_silent_server_keeps_its_connection_and_one_that_is_gone_gets_another(
         server = kind(NAMES, port=0)
         await server.open()
         client, there = connect(start, server)
-        client.open()
-        await until(there)
-        first = set(server._clients)
-        await asyncio.sleep(2.5)  # longer than the kernel bears silence of the other end
-        assert there()
-        assert server._clients == first
-        pull_cable(server)
-        await until(lambda: not there())
-        await until(there)
-        assert len(server._clients - first) == 1
-        await client.close()
+        async with client:
+            await until(there)
+            first = set(server._clients)
+            await asyncio.sleep(2.5)  # longer than the kernel bears silence of the other end
+            assert there()
+            assert server._clients == first
+            pull_cable(server)
+            await until(lambda: not there())
+            await until(there)
+            assert len(server._clients - first) == 1
         server.close()
 
     asyncio.run(run())

@@ -6,14 +6,14 @@ import asyncio
 import contextlib
 import socket
 import sys
-from collections.abc import AsyncIterator, Callable, Iterator
+from collections.abc import Callable, Iterator
+from contextlib import AbstractAsyncContextManager
 
 from flockwire_core import clock
 
 from flockwire_mocap.natnet.packets import DATA_PORT, GROUP
-from flockwire_mocap.natnet.session import SILENCE, NatNetSession
+from flockwire_mocap.natnet.session import SILENCE
 from flockwire_mocap.natnet.source import NatNetSource
-from flockwire_mocap.tracking import TrackerFrame
 
 BUFFER = 1 << 20  # bytes of the socket's queue: a second of frames and more
 
@@ -56,47 +56,35 @@ def waiting(sock: socket.socket) -> Iterator[tuple[bytes, str]]:
         yield data, sender[0]
 
 
-Deliver = Callable[[TrackerFrame, int], None]
-
-
-class NatNetClient:
-    """Receives the frames of a session's server, and passes each on with the time of its arrival (Unix ns).
+class NatNetClient(AbstractAsyncContextManager[None]):
+    """Feeds `source` the frames of its session's server; calls `drained` after all that had arrived.
 
     A group in the swarm file takes the place of the announced one. Of a server that does not answer it is the
     protocol's default, which the client leaves when a group is announced: another server of the same host may stream to
     it. While frames stay away it joins again: a network adapter that was plugged in again has lost its memberships.
-
-    Args:
-        session: the state of the connection.
-        deliver: called in the event loop with each frame that is newer than all before.
-        drained: called after all received frames were delivered.
-
     """
 
-    def __init__(self, session: NatNetSession, deliver: Deliver, drained: Callable[[], None] = lambda: None) -> None:
-        self._session, self._deliver, self._drained, self._table = session, deliver, drained, session.table
+    def __init__(self, source: NatNetSource, drained: Callable[[], None]) -> None:
+        self._source, self._session, self._table, self._drained = source, source.session, source.session.table, drained
         self._group = None if self._table.group is None else (self._table.group, self._table.data_port)
         self._sockets: list[socket.socket] = []  # of commands, then of the group
         self._joined: tuple[str, int] | None = None
         self._tried_at = 0  # when it last tried to join, Unix ns
-        self._task: asyncio.Task[None] | None = None
+        self._task: asyncio.Task[None]
 
-    async def open(self) -> None:
+    async def __aenter__(self) -> None:
         """Open the sockets and start to greet the server; raises OSError if the interface does not exist."""
-        self._listen(command_socket(self._table.interface))
-        if self._table.multicast and (self._group is not None or self._session.version is not None):
-            self._join(self._group or (GROUP, DATA_PORT), clock.now())  # else frames could not be read yet
+        interface = self._table.interface
+        try:
+            self._listen(command_socket(interface))
+            if self._table.multicast and (self._group is not None or self._session.version is not None):
+                self._join(self._group or (GROUP, DATA_PORT), clock.now())  # else frames could not be read yet
+        except OSError as error:
+            raise OSError(f"gateway.natnet.interface = {interface!r}: {error.strerror or error}") from error
         self._task = asyncio.get_running_loop().create_task(self._keep_asking())
 
-    @property
-    def port(self) -> int:
-        """The port of this host for commands and unicast frames."""
-        return int(self._sockets[0].getsockname()[1])
-
-    def close(self) -> None:
-        """Close the sockets."""
-        if self._task is not None:
-            self._task.cancel()
+    async def __aexit__(self, *_: object) -> None:
+        self._task.cancel()
         while self._sockets:
             self._leave(self._sockets[-1])
 
@@ -114,7 +102,7 @@ class NatNetClient:
             now = clock.now()
             frame = self._session.receive(data, sender, now)
             if frame is not None:
-                self._deliver(frame, now)
+                self._source.arrived(frame, now)
         self._drained()
 
     async def _keep_asking(self) -> None:
@@ -150,18 +138,3 @@ class NatNetClient:
         self._joined = group
         for sock in left:
             self._leave(sock)
-
-
-@contextlib.asynccontextmanager
-async def connected(source: NatNetSource, drained: Callable[[], None]) -> AsyncIterator[None]:
-    """Feed `source` during the context; raises OSError if the interface does not exist."""
-    interface = source.session.table.interface
-    client = NatNetClient(source.session, source.arrived, drained)
-    try:
-        await client.open()
-    except OSError as error:
-        raise OSError(f"gateway.natnet.interface = {interface!r}: {error.strerror or error}") from error
-    try:
-        yield
-    finally:
-        client.close()

@@ -11,7 +11,7 @@ from enum import IntEnum
 from struct import Struct, pack
 from typing import NamedTuple
 
-from flockwire_core.domain.quaternion import IDENTITY
+from flockwire_core.domain.quaternion import LEVEL
 
 from flockwire_mocap.tracking import ReportedBody
 
@@ -226,6 +226,6 @@ def _suffix(stamps: Stamps, parameters: int, version: Version) -> bytes:
 
 def _description(body: BodyDescription, version: Version) -> bytes:
     """Return a rigid body's description: no parent, no offset, no turn, no markers."""
-    turn = pack("<4f", *IDENTITY) if version >= TURNED else b""
+    turn = pack("<4f", *LEVEL) if version >= TURNED else b""
     data = body.name.encode() + b"\0" + pack("<ii3f", body.identity, -1, 0.0, 0.0, 0.0) + turn + pack("<i", 0)
     return pack("<i", 1) + (pack("<I", len(data)) if version >= COUNTED else b"") + data

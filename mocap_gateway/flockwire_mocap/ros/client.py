@@ -24,25 +24,16 @@ class RosClient(contextlib.AbstractAsyncContextManager[None]):
     def __init__(self, source: RosSource, drained: Callable[[], None]) -> None:
         self._source, self._drained = source, drained
         self._ended = asyncio.Event()
-        self._task: asyncio.Task[None] | None = None
+        self._task: asyncio.Task[None]
         self._shown: set[str] = set()  # topics to which others see a subscription
 
-    def open(self) -> None:
-        """Start to connect, until `close`."""
+    async def __aenter__(self) -> None:
         self._task = asyncio.get_running_loop().create_task(self._run())
         self._task.add_done_callback(self._over)
 
-    async def close(self) -> None:
-        """Close the connection."""
-        self._ended.set()
-        if self._task is not None:
-            await asyncio.wait((self._task,))
-
-    async def __aenter__(self) -> None:
-        self.open()
-
     async def __aexit__(self, *_: object) -> None:
-        await self.close()
+        self._ended.set()
+        await asyncio.wait((self._task,))
 
     def _over(self, task: asyncio.Task[None]) -> None:
         if not task.cancelled() and (error := task.exception()) is not None:

@@ -11,7 +11,7 @@ from statistics import fmean, median, pstdev
 from typing import NamedTuple, get_args
 
 from flockwire_core import clock
-from flockwire_core.domain.quaternion import IDENTITY
+from flockwire_core.domain.quaternion import LEVEL
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector
 from flockwire_core.process.cores import Start
@@ -41,7 +41,7 @@ def other_conventions(gateway: Gateway, places: Sequence[tuple[Vector, Vector]],
     """
     read = coordinates_of(gateway)
     points = [
-        (read.to_tracker(ReportedBody(0, None, seen, IDENTITY, tracked=True)).position, start) for seen, start in places
+        (read.to_tracker(ReportedBody(0, None, seen, LEVEL, tracked=True)).position, start) for seen, start in places
     ]
 
     def farthest(frame: Coordinates) -> float:

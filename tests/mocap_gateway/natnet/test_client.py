@@ -2,6 +2,7 @@
 
 import asyncio
 import socket
+from types import SimpleNamespace
 
 import pytest
 from flockwire_core import clock
@@ -34,21 +35,23 @@ def session_of(command_port, **table):
     return NatNetSession(NatNet(server=HOME, interface=HOME, command_port=command_port, **table))
 
 
+def client_of(session, arrived=lambda frame, now: None):
+    return NatNetClient(SimpleNamespace(session=session, arrived=arrived), lambda: None)
+
+
 async def fly(server_options, multicast, ready=lambda session: session.names == NAMES, **options):
     """Stream frames to a client; returns them, its session, and the frames as they were delivered."""
     server = NatNetServer(server_options._replace(data_port=0), NAMES, command_port=0)
     await server.open()
     session, delivered = session_of(server.command_port, multicast=multicast, **options), []
-    client = NatNetClient(session, lambda frame, now: delivered.append((frame, now)))
-    await client.open()
     try:
-        await until(lambda: ready(session))
-        if multicast:
-            await asyncio.sleep(0.15)  # the group that the server has announced is joined at the client's next tick
-        await stream(frames(), 240.0, server.publish)
-        await until(lambda: len(delivered) == FRAMES)
+        async with client_of(session, lambda frame, now: delivered.append((frame, now))):
+            await until(lambda: ready(session))
+            if multicast:
+                await asyncio.sleep(0.15)  # the group that the server has announced is joined at the client's next tick
+            await stream(frames(), 240.0, server.publish)
+            await until(lambda: len(delivered) == FRAMES)
     finally:
-        client.close()
         server.close()
     return session, delivered
 
@@ -88,11 +91,9 @@ def test_a_server_that_never_answers_is_read_in_the_version_that_is_set():
         server = NatNetServer(TwinOptions((4, 2), multicast=True, data_port=0), NAMES, command_port=0)
         await server.open()
         session, delivered = session_of(9, multicast=True, bitstream="4.2", group=GROUP, data_port=server.data_port), []
-        client = NatNetClient(session, lambda frame, now: delivered.append(frame))
-        await client.open()
-        await stream(frames(5), 240.0, server.publish)
-        await until(lambda: len(delivered) == 5)
-        client.close()
+        async with client_of(session, lambda frame, now: delivered.append(frame)):
+            await stream(frames(5), 240.0, server.publish)
+            await until(lambda: len(delivered) == 5)
         server.close()
         return session
 
@@ -106,10 +107,8 @@ def test_a_server_that_is_not_there_is_a_line_and_no_hang():
             taken.bind((HOME, 0))
             taken.setblocking(False)
             session = session_of(port := taken.getsockname()[1])
-            client = NatNetClient(session, lambda frame, now: None)
-            await client.open()
-            greeting = await asyncio.wait_for(asyncio.get_running_loop().sock_recv(taken, 1000), SOON)
-            client.close()
+            async with client_of(session):
+                greeting = await asyncio.wait_for(asyncio.get_running_loop().sock_recv(taken, 1000), SOON)
             return HEADER.unpack_from(greeting)[0], trouble(session, clock.now()), port
 
     kind, found, port = asyncio.run(wait())
@@ -119,15 +118,12 @@ def test_a_server_that_is_not_there_is_a_line_and_no_hang():
 
 def test_a_stranger_on_the_same_host_is_not_the_server():
     async def intrude():
-        session, delivered = session_of(9), []
-        client = NatNetClient(session, lambda frame, now: delivered.append(frame))
-        await client.open()
-        port = client.port
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
-            stranger.bind(("127.0.0.2", 0))
-            stranger.sendto(b"\x07\0\0\0", (HOME, port))
-        await until(lambda: session.counts["packets of others"] == 1)
-        client.close()
+        client = client_of(session := session_of(9))
+        async with client:
+            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+                stranger.bind(("127.0.0.2", 0))
+                stranger.sendto(b"\x07\0\0\0", client._sockets[0].getsockname())
+            await until(lambda: session.counts["packets of others"] == 1)
         return session
 
     assert asyncio.run(intrude()).foreign == "127.0.0.2"
@@ -159,16 +155,15 @@ def test_a_group_that_the_server_has_not_announced_is_left(bitstream):
         await server.open()
         await other.open()
         session, delivered = session_of(server.command_port, multicast=True, bitstream=bitstream), []
-        client = NatNetClient(session, lambda frame, now: delivered.append(frame))
-        await client.open()
-        await until(lambda: session.names == NAMES)
-        await asyncio.sleep(0.15)
-        for frame in frames(5):
-            other.publish(frame._replace(number=frame.number + 100))
-            server.publish(frame)
-        await until(lambda: len(delivered) == 5)
-        for open_one in (client, server, other):
-            open_one.close()
+        async with client_of(session, lambda frame, now: delivered.append(frame)):
+            await until(lambda: session.names == NAMES)
+            await asyncio.sleep(0.15)
+            for frame in frames(5):
+                other.publish(frame._replace(number=frame.number + 100))
+                server.publish(frame)
+            await until(lambda: len(delivered) == 5)
+        server.close()
+        other.close()
         return session, delivered
 
     session, delivered = asyncio.run(eavesdrop())
@@ -183,22 +178,21 @@ def test_the_group_is_joined_again_when_frames_stay_away(monkeypatch):
         server = NatNetServer(TwinOptions((4, 1), multicast=True, data_port=0), NAMES, command_port=0)
         await server.open()
         session = session_of(server.command_port, multicast=True)
-        client = NatNetClient(session, lambda frame, now: None)
-        await client.open()
+        client = client_of(session)
         endless = frames(100_000)
 
         def arrives():
             server.publish(next(endless))
             return clock.now() - session.framed_at < SECOND // 10
 
-        await until(arrives)
-        client._sockets[-1].setsockopt(  # what a network adapter that is unplugged does to its groups
-            socket.IPPROTO_IP, socket.IP_DROP_MEMBERSHIP, socket.inet_aton(GROUP) + socket.inet_aton(HOME)
-        )
-        await until(lambda: not arrives())
-        await until(arrives)
-        assert len(client._sockets) == 2
-        client.close()
+        async with client:
+            await until(arrives)
+            client._sockets[-1].setsockopt(  # what a network adapter that is unplugged does to its groups
+                socket.IPPROTO_IP, socket.IP_DROP_MEMBERSHIP, socket.inet_aton(GROUP) + socket.inet_aton(HOME)
+            )
+            await until(lambda: not arrives())
+            await until(arrives)
+            assert len(client._sockets) == 2
         server.close()
 
     asyncio.run(replug())

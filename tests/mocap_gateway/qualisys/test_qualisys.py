@@ -77,16 +77,15 @@ def test_the_gateway_gets_poses_in_metres_and_lost_bodies_say_nothing(start):
         await server.open()
         core = make_core(start(source="qualisys", qualisys={"port": server.port}))
         client = QualisysClient(core.source, lambda: steps.append(core.source.complete()))
-        client.open()
-        await until(lambda: "streams nothing" in core.source.failure)
-        await asyncio.sleep(0.05)
-        for k in (1, 2, 4):
-            server.publish(frame(k))
-        await until(lambda: len(steps) == 3)
-        found = core.source.take(0)
-        server.close()
-        await until(lambda: "closed the connection" in core.source.failure)
-        await client.close()
+        async with client:
+            await until(lambda: "streams nothing" in core.source.failure)
+            await asyncio.sleep(0.05)
+            for k in (1, 2, 4):
+                server.publish(frame(k))
+            await until(lambda: len(steps) == 3)
+            found = core.source.take(0)
+            server.close()
+            await until(lambda: "closed the connection" in core.source.failure)
         return found
 
     (found,) = asyncio.run(fly())
@@ -107,9 +106,8 @@ def test_a_server_of_another_kind_or_none_is_a_line_with_a_remedy(start, serve, 
             other.close()
         source = make_core(start(source="qualisys", qualisys={"port": port})).source
         client = QualisysClient(source, lambda: None)
-        client.open()
-        await until(lambda: not source.failure.startswith("waits"))
-        await client.close()
+        async with client:
+            await until(lambda: not source.failure.startswith("waits"))
         other.close()
         return source.failure
 
@@ -234,25 +232,24 @@ def test_names_follow_the_settings_and_until_then_no_body_has_one(start, monkeyp
         await server.open()
         source = make_core(start(source="qualisys", qualisys={"port": server.port})).source
         client = QualisysClient(source, lambda: None)
-        client.open()
-        numbers = iter(range(1, 10_000))
+        async with client:
+            numbers = iter(range(1, 10_000))
 
-        def seen(bodies=5):
-            sent = frame(next(numbers))
-            server.publish(sent._replace(bodies=sent.bodies[:bodies]))
-            return [body.name for one in source.take(0) for body in one.bodies]
+            def seen(bodies=5):
+                sent = frame(next(numbers))
+                server.publish(sent._replace(bodies=sent.bodies[:bodies]))
+                return [body.name for one in source.take(0) for body in one.bodies]
 
-        await until(lambda: source.names and seen() == NAMES)
-        (conversation,) = (one._conversation for one in server._clients)
-        conversation._names = ("uav1", "uav0", *NAMES[2:])  # exchanged in QTM's project
-        await until(lambda: seen() == [*conversation._names])
-        answers, conversation._names = conversation._parameters, tuple(NAMES[1:])
-        conversation._parameters = lambda _: b""  # slow
-        await until(lambda: seen(4) == [None] * 4)
-        conversation._parameters = answers
-        conversation._outgoing += encode_parameters(conversation._names, "1.25")
-        await until(lambda: seen(4) == NAMES[1:])
-        await client.close()
+            await until(lambda: source.names and seen() == NAMES)
+            (conversation,) = (one._conversation for one in server._clients)
+            conversation._names = ("uav1", "uav0", *NAMES[2:])  # exchanged in QTM's project
+            await until(lambda: seen() == [*conversation._names])
+            answers, conversation._names = conversation._parameters, tuple(NAMES[1:])
+            conversation._parameters = lambda _: b""  # slow
+            await until(lambda: seen(4) == [None] * 4)
+            conversation._parameters = answers
+            conversation._outgoing += encode_parameters(conversation._names, "1.25")
+            await until(lambda: seen(4) == NAMES[1:])
         server.close()
 
     asyncio.run(fly())

@@ -94,9 +94,8 @@ def test_a_child_that_hangs_or_ends_is_reported_and_restarted(start, script, sai
 
     async def run():
         client = ViconClient(source, lambda: None, [sys.executable, "-c", script])
-        client.open()
-        await until(lambda: begun.exists() and begun.read_text().startswith(".."))
-        await client.close()
+        async with client:
+            await until(lambda: begun.exists() and begun.read_text().startswith(".."))
 
     asyncio.run(run())
     assert said in source.failure
@@ -112,9 +111,8 @@ def test_a_frame_of_very_many_bodies_is_read(start, tmp_path):
 
     async def run():
         client = ViconClient(source, lambda: taken.extend(source.take(NOW)), [sys.executable, "-c", script])
-        client.open()
-        await until(lambda: taken)
-        await client.close()
+        async with client:
+            await until(lambda: taken)
 
     asyncio.run(run())
     assert len(taken[0].bodies) == MOST_BODIES
@@ -125,9 +123,8 @@ def test_a_child_that_cannot_be_started_is_a_line(start):
 
     async def run():
         client = ViconClient(source, lambda: None, ["/no/such/program"])
-        client.open()
-        await until(lambda: "No such file" in source.failure)
-        await client.close()
+        async with client:
+            await until(lambda: "No such file" in source.failure)
 
     asyncio.run(run())
     assert source.failure.startswith("the connection failed")

@@ -35,11 +35,10 @@ def test_every_report_arrives_once_and_lost_bodies_say_nothing(start):
         server, delivered = VrpnServer(NAMES, port=0), []
         await server.open()
         client = client_of(start, server.port, lambda frame, now, *_: delivered.append((frame, now)))
-        client.open()
-        await until(lambda: len(client.source.connection.senders) == len(NAMES))
-        await stream(frames(), 240.0, server.publish)
-        await until(lambda: len(delivered) == 9 * FRAMES)
-        await client.close()
+        async with client:
+            await until(lambda: len(client.source.connection.senders) == len(NAMES))
+            await stream(frames(), 240.0, server.publish)
+            await until(lambda: len(delivered) == 9 * FRAMES)
         server.close()
         return client, delivered
 
@@ -64,18 +63,17 @@ def test_a_server_that_comes_later_or_comes_back_is_found(start, monkeypatch):
         port = first.port
         first.close()
         client = client_of(start, port, lambda frame, now, *_: delivered.append(frame))
-        client.open()
-        await until(lambda: "cannot be reached" in (client.source.failure))
-        for _ in range(2):
-            server = VrpnServer(NAMES, port=port)
-            await server.open()
-            await until(lambda: not client.source.failure and len(client.source.connection.senders) == len(NAMES))
-            before = len(delivered)
-            server.publish(next(frames()))
-            await until(lambda before=before: len(delivered) == before + 9)
-            server.close()
-            await until(lambda: client.source.failure)
-        await client.close()
+        async with client:
+            await until(lambda: "cannot be reached" in (client.source.failure))
+            for _ in range(2):
+                server = VrpnServer(NAMES, port=port)
+                await server.open()
+                await until(lambda: not client.source.failure and len(client.source.connection.senders) == len(NAMES))
+                before = len(delivered)
+                server.publish(next(frames()))
+                await until(lambda before=before: len(delivered) == before + 9)
+                server.close()
+                await until(lambda: client.source.failure)
         return client, delivered
 
     client, delivered = asyncio.run(fly())
@@ -90,9 +88,8 @@ def test_a_server_of_another_protocol_is_left(start):
 
         server = await asyncio.start_server(greet, HOME, 0)
         client = client_of(start, server.sockets[0].getsockname()[1])
-        client.open()
-        await until(lambda: "not VRPN 7" in (client.source.failure))
-        await client.close()
+        async with client:
+            await until(lambda: "not VRPN 7" in (client.source.failure))
         server.close()
         return client.source.failure
 

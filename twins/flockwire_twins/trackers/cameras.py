@@ -6,7 +6,7 @@ from math import hypot
 from typing import NamedTuple
 
 from flockwire_core.domain.pose import Pose
-from flockwire_core.domain.quaternion import IDENTITY
+from flockwire_core.domain.quaternion import LEVEL
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector
 from flockwire_core.process.cores import Start
@@ -115,7 +115,7 @@ class SimulatedSource:
     def _measure_visitors(self, stamp: int) -> None:
         for name, place in self.conditions.visitors:
             seen = self._noisy(place, self._noise)
-            self._add(stamp, ReportedBody(self._visitors[name], name, seen, IDENTITY, tracked=True))
+            self._add(stamp, ReportedBody(self._visitors[name], name, seen, LEVEL, tracked=True))
 
     def _add(self, stamp: int, body: ReportedBody) -> None:
         at = self._measured.get(stamp)
