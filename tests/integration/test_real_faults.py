@@ -28,8 +28,8 @@ def test_a_disturbed_process_harms_no_drone(
     kind, _, lasts = fault.partition(" ")
     swarm, out, faults = make_swarm(), tmp_path / "out", tmp_path / "one.faults"
     duration = f"duration = {lasts}.0\n" if lasts else ""
-    faults.write_text(f'[[faults]]\nat = 10.0\nkind = "{kind}"\nprocess = "{process}"\n{duration}')
-    run = flockwire("up", swarm, "--headless", "--duration", "14", "--out", out, "--faults", faults)
+    faults.write_text(f'[[faults]]\nat = 5.0\nkind = "{kind}"\nprocess = "{process}"\n{duration}')
+    run = flockwire("up", swarm, "--headless", "--duration", "9", "--out", out, "--faults", faults)
     output, errors = run.communicate(timeout=180)
     checks = {check["name"]: check["ok"] for check in json.loads((out / "summary.json").read_text())["checks"]}
     assert checks["separation"], output + errors

@@ -70,9 +70,8 @@ class FaultInjector:
                 process.kill()
                 self._after(RESTART_TIME, process.start)
             case Freeze():
-                process = self._processes[fault.process]
-                process.freeze()
-                self._after(fault.duration, process.thaw)
+                self._processes[fault.process].freeze()
+                self._after(fault.duration, self._thaw, fault)
             case ClockStep():
                 self._processes[fault.process].clock.step(nanoseconds(fault.step))
             case Cut():
@@ -84,6 +83,10 @@ class FaultInjector:
             case LinkChange():
                 conditions = Conditions(fault.delay, fault.jitter, fault.loss, fault.reordering)
                 self._disturb([self._links[fault.source, fault.target]], conditions, fault.duration)
+
+    def _thaw(self, fault: Freeze) -> None:
+        if not fault.outlasted(self._faults):
+            self._processes[fault.process].thaw()
 
     def _disturb(self, links: list[VirtualLink], by: Conditions | None, duration: float) -> None:
         for link in links:

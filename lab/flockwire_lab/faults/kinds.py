@@ -8,7 +8,7 @@ and links (injection.py).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from math import inf
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
@@ -107,6 +107,11 @@ class Freeze(_ProcessFault):
 
     kind: Literal["freeze"]
     duration: Positive
+
+    def outlasted(self, faults: Iterable[FaultKind]) -> bool:
+        """Return whether one of `faults` freezes the process when this ends."""
+        same = [one for one in faults if isinstance(one, Freeze) and one.process == self.process]
+        return any(one.at < self.at + self.duration < one.at + one.duration for one in same)
 
 
 class ClockStep(_ProcessFault):

@@ -72,6 +72,7 @@ class FaultInjector:
     """Injects `faults` of links and of the processes of `host`, its `children`; times count from the take-off order."""
 
     def __init__(self, faults: tuple[Fault, ...], host: Host, children: Children, relays: Relays) -> None:
+        self._faults = faults
         self._due = [
             f
             for f in faults
@@ -102,8 +103,9 @@ class FaultInjector:
                 self._children.kill(fault.process)
             case Freeze():
                 self._children.signal(fault.process, signal.SIGSTOP)
-                thaw = partial(self._children.signal, fault.process, signal.SIGCONT)
-                self._ends.append((fault.at + fault.duration, thaw))
+                if not fault.outlasted(self._faults):
+                    thaw = partial(self._children.signal, fault.process, signal.SIGCONT)
+                    self._ends.append((fault.at + fault.duration, thaw))
             case Restart():
                 task = asyncio.create_task(self._children.restart(fault.process))
                 self._restarts.add(task)

@@ -1,6 +1,7 @@
 """Which links a file of faults concerns in a real flight, and what is refused, a line for each."""
 
 import asyncio
+from types import SimpleNamespace
 
 import pytest
 from flockwire_core.runtime.job import read_detours
@@ -151,3 +152,14 @@ def test_links_break_and_recover_when_the_faults_say(make_plan):
         (parted, set()),
         (set(), set()),
     ]
+
+
+def test_a_process_is_thawed_when_the_last_freeze_of_it_ends(make_plan):
+    plan, sent = make_plan(), []
+    spans = ((1.0, "uav1", 0.4), (1.1, "uav1", 0.1), (1.1, "uav2", 0.9), (1.3, "uav1", 0.3))
+    faults = read(plan, *({"at": at, "kind": "freeze", "process": who, "duration": t} for at, who, t in spans))
+    children = SimpleNamespace(signal=lambda who, number: sent.append((tenths, who, number.name)))
+    injector = FaultInjector(faults, Host(plan, None, "local", None, None), children, None)
+    for tenths in range(10, 21):
+        injector.step(tenths * 10**8)
+    assert [one for one in sent if one[2] == "SIGCONT"] == [(16, "uav1", "SIGCONT"), (20, "uav2", "SIGCONT")]
