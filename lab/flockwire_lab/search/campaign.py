@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from flockwire_core.swarm.wording import InputError
 
-from flockwire_lab.search.choosing import BATCH, Candidate, Chooser, Draws
+from flockwire_lab.search.choosing import BATCH, Candidate, Draws
 from flockwire_lab.search.flight import Judged, Order
 from flockwire_lab.search.space import SearchPlan, Space
 from flockwire_lab.study.ledger import Ledger
+
+if TYPE_CHECKING:
+    from flockwire_lab.search.seeking import Search  # the extra `study`
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +77,8 @@ def _entries(asked: dict[int, Candidate], space: Space, ledger: Ledger[Entry], f
         yield entry
 
 
-def _chooser(plan: SearchPlan, space: Space) -> Chooser:
+def _chooser(plan: SearchPlan, space: Space) -> Draws | Search:
+    """Return what chooses flights by the results of earlier ones; equal results, equal choices."""
     if plan.method == "draws":
         return Draws(space.size, plan.seed)
     from flockwire_lab.search.seeking import Search  # noqa: PLC0415  (the extra `study`)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from random import Random
-from typing import Protocol
 
 from flockwire_lab.search.flight import Judged
 
@@ -19,16 +18,6 @@ class Candidate:
 
     point: tuple[float, ...]
     seed: int
-
-
-class Chooser(Protocol):
-    """Chooses flights by the results of earlier ones. Equal results, equal choices."""
-
-    def ask(self) -> list[Candidate]:
-        """Return the next flights, which may fly at the same time."""
-
-    def tell(self, asked: Sequence[Candidate], found: Sequence[Judged]) -> None:
-        """Learn the results of what was asked."""
 
 
 class Draws:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import inf, sqrt
+from math import sqrt
 from typing import Literal
 
 from flockwire_core.domain.time import SECOND, nanoseconds
@@ -53,11 +53,6 @@ class Judged:
     refused: str = ""  # why the case is not a flight
     cell: tuple[str, str, str] = ("", "", "")  # of the least margin: last reaction, last fault, phase
     events: dict[str, int] = field(default_factory=dict)  # how often each happened (coverage.py)
-
-    @property
-    def least(self) -> tuple[float, str]:
-        """The least margin and its property; infinite without any."""
-        return min(((margin.value, name) for name, margin in self.margins.items()), default=(inf, ""))
 
     @property
     def violations(self) -> list[str]:

@@ -64,6 +64,27 @@ class Flown:
     visited: bool  # a person or another body was in the field: drones avoid it as they land, too
     tails: dict[str, tuple[float, float]]  # at the end of a formation that had time to settle: time, largest error, m
 
+    def falling(self, owner: str, times: Floats) -> Booleans:
+        """Return at which of `times` a drone falls, which no pilot can change: its motors failed, or were stopped."""
+        return (times >= self.stopped) | (times >= self.fails.get(owner, np.inf))
+
+    def moving(self, times: Floats) -> Booleans:
+        """Return at which of `times` the simulated airframes do not stand still, which no real one does in the air."""
+        moves = np.ones(len(times), np.bool_)
+        for begin, end in self.still:
+            moves &= (times < begin) | (times > end)
+        return moves
+
+    def awake(self, owner: str, times: Floats) -> Booleans:
+        """Return at which of `times` a drone's driver runs and its airframe moves: otherwise it owes nothing."""
+        moves, states = self.moving(times), self.states.get(owner)
+        return moves if states is None else moves & (age(times, states.times) < SILENT)
+
+    def placed(self, owner: str, times: Floats) -> Floats:
+        """Return the newest true positions of a drone at `times`, m."""
+        place = np.searchsorted(self.times[owner], times, "right") - 1
+        return self.places[owner][np.maximum(place, 0)]
+
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
@@ -126,28 +147,3 @@ def age(times: Floats, events: Floats) -> Floats:
         return np.full(len(times), np.inf)
     place = np.searchsorted(events, times, "right")
     return np.where(place > 0, times - events[np.maximum(place - 1, 0)], np.inf)
-
-
-def falling(flown: Flown, owner: str, times: Floats) -> Booleans:
-    """Return at which of `times` a drone falls, which no pilot can change: its motors failed, or were stopped."""
-    return (times >= flown.stopped) | (times >= flown.fails.get(owner, np.inf))
-
-
-def moving(flown: Flown, times: Floats) -> Booleans:
-    """Return at which of `times` the simulated airframes do not stand still, which no real one does in the air."""
-    moves = np.ones(len(times), np.bool_)
-    for begin, end in flown.still:
-        moves &= (times < begin) | (times > end)
-    return moves
-
-
-def awake(flown: Flown, owner: str, times: Floats) -> Booleans:
-    """Return at which of `times` a drone's driver runs and its airframe moves: otherwise it owes nothing."""
-    moves, states = moving(flown, times), flown.states.get(owner)
-    return moves if states is None else moves & (age(times, states.times) < SILENT)
-
-
-def placed(flown: Flown, owner: str, times: Floats) -> Floats:
-    """Return the newest true positions of a drone at `times`, m."""
-    place = np.searchsorted(flown.times[owner], times, "right") - 1
-    return flown.places[owner][np.maximum(place, 0)]

@@ -6,14 +6,14 @@ from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from flockwire_analysis.conformance import deviations
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Floats
-from flockwire_core.domain.airframe import FlightState, Telemetry
-from flockwire_core.domain.order import Mission
+from flockwire_core.domain.airframe import Command, FlightState, Telemetry
+from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector
@@ -29,10 +29,10 @@ from flockwire_lab.process import Published
 from flockwire_lab.search.margin import Flown, Reports, States
 from flockwire_lab.world import EPOCH
 
-Kind = TypeVar("Kind")
 DRIVER_STOPS, DRIVER_LANDS = "driver: zero", "driver: land"  # reactions to old commands
 REACTIONS = (*(row.code for row in TABLE), DRIVER_STOPS, DRIVER_LANDS)
 OF_THE_PROTOCOL = ("status", "telemetry", "mission", "stop")  # kinds that show what pilots did by which orders
+TIMED = ("truth", "pose", "command")  # the other kinds that it keeps
 
 
 class Recorder:
@@ -56,17 +56,28 @@ class Recorder:
         self.stopped: int | None = None  # when an emergency stop was ordered first
         self._landing: int | None = None  # when another station ordered it, after which it ordered no start
         self._refused: list[tuple[float, str]] = []
-        self._take = {"truth": self._place, "status": self._status, "telemetry": self._telemetry, "pose": self._stamp,
-                      "command": self._stamp, "mission": self._mission, "stop": self._stop}  # fmt: skip
 
     def take(self, published: Published) -> None:
         """Receive what is published."""
-        if published.key.kind in OF_THE_PROTOCOL:
+        key, at = published.key, published.at
+        if key.kind in OF_THE_PROTOCOL:
             self._taken.take(published)
-        take = self._take.get(published.key.kind)
-        if take is not None:
-            self._at = published.at
-            take(published)
+        elif key.kind not in TIMED:
+            return
+        self._at = at
+        match published.message:
+            case Pose(position=place) if key.kind == "truth":
+                self._truth[key.owner].append((at, place))
+            case Pose() | Command():
+                self._stamps[key].append(at)
+            case Status() as status:
+                self._status(status)
+            case Telemetry() as telemetry:
+                self._telemetry(key.owner, telemetry)
+            case Mission() as mission:
+                self._mission(mission)
+            case Stop():
+                self.stopped = self.stopped or at
 
     @cached_property
     def protocol(self) -> Trace:
@@ -149,33 +160,22 @@ class Recorder:
     def _times(self, stamps: list[int]) -> Floats:
         return (np.array(stamps, np.int64) - (self.took_off or EPOCH)) / SECOND
 
-    def _mission(self, published: Published) -> None:
-        mission = _opened(published, Mission)
+    def _mission(self, mission: Mission) -> None:
         if self.took_off is None:
-            self.took_off = published.at
+            self.took_off = self._at
             self._begin()
         self.tell(f"order: {mission.verb}")
         if mission.in_formation:
-            self.starts.append((published.at, mission))
+            self.starts.append((self._at, mission))
         elif mission.verb == "land":
-            self.landing = self.landing or published.at
+            self.landing = self.landing or self._at
 
-    def _stop(self, published: Published) -> None:
-        self.stopped = self.stopped or published.at
-
-    def _place(self, published: Published) -> None:
-        self._truth[published.key.owner].append((published.at, _opened(published, Pose).position))
-
-    def _stamp(self, published: Published) -> None:
-        self._stamps[published.key].append(published.at)
-
-    def _status(self, published: Published) -> None:
-        status = _opened(published, Status)
+    def _status(self, status: Status) -> None:
         owner = self._pilots.get(status.identity)
         if owner is None:
             return
         report = status.report
-        self._reports[owner].append((published.at, status))
+        self._reports[owner].append((self._at, status))
         if self._phases.get(owner) != (report.phase, report.detail):
             self._phases[owner] = (report.phase, report.detail)
             self.tell(f"{status.identity}: {report.phase} {report.detail}")
@@ -184,9 +184,9 @@ class Recorder:
         if report.code:
             self._reached(report.code)
 
-    def _telemetry(self, published: Published) -> None:
-        message, stale = _opened(published, Telemetry), self._stale
-        self._telemetries[published.key.owner].append((published.at, message))
+    def _telemetry(self, owner: str, message: Telemetry) -> None:
+        stale = self._stale
+        self._telemetries[owner].append((self._at, message))
         if message.state is FlightState.FLYING and message.command_age > stale.command_zero:
             self._reached(DRIVER_STOPS)
         elif message.state is FlightState.LANDING and message.command_age > stale.command_land:
@@ -195,9 +195,3 @@ class Recorder:
     def _reached(self, code: str) -> None:
         if self.took_off is not None:
             self.reactions.setdefault(code, round(self.seconds(self._at), 3))
-
-
-def _opened(published: Published, kind: type[Kind]) -> Kind:
-    message = published.message
-    assert isinstance(message, kind)  # noqa: S101  (the simulated process encoded it)
-    return message

@@ -16,23 +16,7 @@ from flockwire_core.swarm.model import uav
 from flockwire_core.swarm.tables import Limits
 from flockwire_core.wire.phase import Phase
 
-from flockwire_lab.search.margin import (
-    BOUNDS,
-    PAUSE,
-    SILENT,
-    Bounds,
-    Flown,
-    Margin,
-    Reports,
-    States,
-    age,
-    always,
-    awake,
-    falling,
-    moving,
-    owed,
-    placed,
-)
+from flockwire_lab.search.margin import BOUNDS, PAUSE, SILENT, Bounds, Flown, Margin, Reports, States, age, always, owed
 
 
 def margins(flown: Flown, bounds: Bounds = BOUNDS) -> dict[str, Margin]:
@@ -91,9 +75,9 @@ def pairs_in_the_air(flown: Flown, bounds: Bounds = BOUNDS) -> Iterator[tuple[st
     """Yield of each two drones the times at which both are in the air, s, the distances, m, and how many fall then."""
     times = np.unique(np.concatenate(list(flown.times.values())))
     times = times[times >= 0.0]
-    places = {owner: placed(flown, owner, times) for owner in flown.times}
+    places = {owner: flown.placed(owner, times) for owner in flown.times}
     flies = {owner: place[:, 2] > bounds.in_the_air for owner, place in places.items()}
-    falls = {owner: falling(flown, owner, times).astype(float) for owner in flown.times}
+    falls = {owner: flown.falling(owner, times).astype(float) for owner in flown.times}
     for one, other in combinations(flown.times, 2):
         both = flies[one] & flies[other]
         gaps = np.linalg.norm(places[one][both] - places[other][both], axis=1)
@@ -104,8 +88,8 @@ def _of_drone(flown: Flown, owner: str, bounds: Bounds) -> Iterator[tuple[str, M
     times = flown.times[owner]
     begun = times >= 0.0
     times, places = times[begun], flown.places[owner][begun]
-    flies = (places[:, 2] > bounds.in_the_air) & ~falling(flown, owner, times)
-    limits, driven = flown.swarm.limits, awake(flown, owner, times)
+    flies = (places[:, 2] > bounds.in_the_air) & ~flown.falling(owner, times)
+    limits, driven = flown.swarm.limits, flown.awake(owner, times)
     steered = flies & driven
     for obstacle in flown.swarm.obstacles:
         gap, at = always(times[steered], surface_distance(places[steered], obstacle))
@@ -118,7 +102,7 @@ def _of_drone(flown: Flown, owner: str, bounds: Bounds) -> Iterator[tuple[str, M
     yield "fence", Margin(1.0 + inside / reach, at, owner, f"{owner} {-inside:.2f} m outside the fence")
     seen = places * (0.0, 0.0, 1.0) if flown.visited else places
     fastest = limits.vertical_speed + bounds.hard
-    yield from _contacts(owner, times, seen, falling(flown, owner, times), fastest, flown.jumps)
+    yield from _contacts(owner, times, seen, flown.falling(owner, times), fastest, flown.jumps)
     yield from deadlines(flown, owner, times, steered, bounds)
 
 
@@ -185,7 +169,7 @@ def _stops(flown: Flown, owner: str, states: States, bounds: Bounds) -> Iterator
     off = states.stopped | np.array([s in (FlightState.STOPPED, FlightState.GROUNDED) for s in states.states])
     pending = (states.times >= flown.stopped) & ~off
     pause = np.diff(states.times, prepend=states.times[:1]) > SILENT
-    late, at = always(states.times, -owed(states.times, pending & ~pause & moving(flown, states.times)))
+    late, at = always(states.times, -owed(states.times, pending & ~pause & flown.moving(states.times)))
     yield "stop", Margin(1.0 + late / bounds.stop, at, owner, f"{owner} flies {-late:.2f} s after a stop")
 
 
@@ -194,7 +178,7 @@ def _rungs(flown: Flown, owner: str, reports: Reports, bounds: Bounds) -> Iterat
     limits, times, phases = flown.swarm.limits, reports.times, np.array(reports.phases)
     stale = limits.staleness
     runs = (np.diff(times, prepend=-np.inf) < SILENT) & (times > 0.0)  # and is not just thawed
-    runs &= ~falling(flown, owner, times)
+    runs &= ~flown.falling(owner, times)
     flying = np.isin(phases, (Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION))
     rested = np.isin(phases, (Phase.GROUNDED, Phase.READY))
     flying[1:] &= ~rested[:-1]  # a pilot whose drone flies all the same decides in its next step
@@ -221,9 +205,9 @@ def _driver_rung(flown: Flown, owner: str, states: States, bounds: Bounds) -> It
     flying = np.array([state is FlightState.FLYING for state in states.states], np.bool_)
     elapsed = np.diff(states.times, prepend=-np.inf)
     jumped = np.diff(states.command_ages, prepend=0.0) > elapsed + FROZEN / SECOND  # its clock, not the silence
-    begins = (elapsed > SILENT) | jumped | ~moving(flown, states.times)
+    begins = (elapsed > SILENT) | jumped | ~flown.moving(states.times)
     ages = np.minimum(states.command_ages, age(states.times, states.times[begins]))
-    free = flying & ~falling(flown, owner, states.times)
+    free = flying & ~flown.falling(owner, states.times)
     limit = flown.swarm.limits.staleness.command_land + bounds.rung
     yield _rung(owner, "driver: land", states.times[free], ages[free], limit)
 
@@ -232,8 +216,8 @@ def _landing(flown: Flown, owner: str, reports: Reports, bounds: Bounds) -> Iter
     """Yield: always, who lands is on the ground within T. It may wait for its pose, and for a free place, once each."""
     times, bound = reports.times, bounds.landing + _descent(flown.swarm.limits)
     lands = np.array([phase == Phase.LANDING for phase in reports.phases], np.bool_)
-    lands &= (placed(flown, owner, times)[:, 2] > bounds.in_the_air) & ~falling(flown, owner, times)
-    lands &= awake(flown, owner, times)
+    lands &= (flown.placed(owner, times)[:, 2] > bounds.in_the_air) & ~flown.falling(owner, times)
+    lands &= flown.awake(owner, times)
     late, at = always(times[lands], -owed(times, lands)[lands])
     yield "landing", Margin(1.0 + late / bound, at, owner, f"{owner} lands for {-late:.1f} s")
 

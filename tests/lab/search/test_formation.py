@@ -37,7 +37,7 @@ def test_a_follower_is_judged_by_the_place_that_it_holds_by_the_auction(make_swa
 
 def published(key, message, stamp):
     sample = Sample(ROWS[key.kind], CODECS[type(message)].encode(message), 0, stamp, b"")
-    return Published(stamp, stamp, key, "", b"", 0, sample)
+    return Published(stamp, key, "", sample)
 
 
 @pytest.mark.parametrize(("back", "judged"), [(True, set()), (False, {"uav3"})])
