@@ -14,45 +14,29 @@ from flockwire_core.runtime.session import EndpointInUseError
 
 
 class Sockets:
-    """The sockets of `core`, bound and served in the running loop."""
+    """The sockets of `core`, served in the running loop."""
 
     def __init__(self, core: Networked) -> None:
         self.time: Callable[[int], int] = lambda now: now  # the core's (process/stepping.py)
-        self._core = core
-        self._transports: dict[Address, asyncio.DatagramTransport] = {}
-
-    async def open(self) -> None:
-        """Bind all; raises EndpointInUseError."""
-        loop = asyncio.get_running_loop()
-        for address in self._core.sockets:
-            try:
-                transport, _ = await loop.create_datagram_endpoint(partial(_Socket, self, self._core, address), address)
-            except OSError as error:
-                raise EndpointInUseError(_reason(address, error)) from None
-            self._transports[address] = transport
-
-    def close(self) -> None:
-        """Close all."""
-        for transport in self._transports.values():
-            transport.close()
-        self._transports.clear()
+        self.core = core
+        self.transports: dict[Address, asyncio.DatagramTransport] = {}
 
     def flush(self, now: int) -> None:
         """Send the core's datagrams at `now` (Unix ns)."""
-        for data, source, target in self._core.outgoing(now):
-            transport = self._transports.get(source)
+        for data, source, target in self.core.outgoing(now):
+            transport = self.transports.get(source)
             if transport is not None:
                 transport.sendto(data, target)
 
 
 class _Socket(asyncio.DatagramProtocol):
-    def __init__(self, sockets: Sockets, core: Networked, address: Address) -> None:
-        self._sockets, self._core, self._address = sockets, core, address
+    def __init__(self, sockets: Sockets, address: Address) -> None:
+        self._sockets, self._address = sockets, address
 
     def datagram_received(self, data: bytes, addr: Address) -> None:
         """Receive a datagram, and send the core's datagrams."""
         now = self._sockets.time(clock.now())
-        self._core.datagram(data, addr, self._address, now)
+        self._sockets.core.datagram(data, addr, self._address, now)
         self._sockets.flush(now)
 
     def error_received(self, exc: Exception) -> None:
@@ -65,12 +49,19 @@ async def serve(core: Core) -> AsyncIterator[Sockets | None]:
     if not isinstance(core, Networked) or not core.sockets:
         yield None
         return
-    sockets = Sockets(core)
+    sockets, loop = Sockets(core), asyncio.get_running_loop()
     try:
-        await sockets.open()
+        for address in core.sockets:
+            try:
+                transport, _ = await loop.create_datagram_endpoint(partial(_Socket, sockets, address), address)
+            except OSError as error:
+                raise EndpointInUseError(_reason(address, error)) from None
+            sockets.transports[address] = transport
         yield sockets
     finally:
-        sockets.close()
+        for transport in sockets.transports.values():
+            transport.close()
+        sockets.transports.clear()
 
 
 def _reason(address: Address, error: OSError) -> str:

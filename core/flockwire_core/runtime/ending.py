@@ -8,7 +8,7 @@ import logging
 import os
 import signal
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 
 from flockwire_core import clock
@@ -85,20 +85,28 @@ async def wait_for_end(
         await asyncio.sleep(POLL)
 
 
-def last_resort(identity: str, done: bool) -> None:
-    """End the process after LAST_RESORT s in any case; call it before closing the session.
+@contextlib.contextmanager
+def last_resort(identity: str, stop: Callable[[], None]) -> Iterator[None]:
+    """Call `stop` after the work in the context, and end the process LAST_RESORT s later in any case.
 
-    The exit status is then 0 for one that is `done`: a supervisor need not start it again.
+    The session is closed in this time. The exit status is then 0 if the work is done, without an error: a supervisor
+    need not start it again.
     """
+    done = False
+    try:
+        yield
+        done = True
+    finally:
+        stop()
+        timer = threading.Timer(LAST_RESORT, _give_up, (identity, done))
+        timer.daemon = True
+        timer.start()
 
-    def give_up() -> None:
-        logging.getLogger(identity).warning(
-            f"the session did not close in {LAST_RESORT} s: its peers have vanished; the process ends, "
-            f"its work is {'' if done else 'not '}done"
-        )
-        threading.Event().wait(0.2)  # s for another thread to write why it did not close
-        os._exit(0 if done else UNDONE)
 
-    timer = threading.Timer(LAST_RESORT, give_up)
-    timer.daemon = True
-    timer.start()
+def _give_up(identity: str, done: bool) -> None:
+    logging.getLogger(identity).warning(
+        f"the session did not close in {LAST_RESORT} s: its peers have vanished; the process ends, "
+        f"its work is {'' if done else 'not '}done"
+    )
+    threading.Event().wait(0.2)  # s for another thread to write why it did not close
+    os._exit(0 if done else UNDONE)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from flockwire_core import clock
 from flockwire_core.domain.time import SECOND
+from flockwire_core.process.stepping import Resources
 from flockwire_core.runtime.refusals import Refusals
 from flockwire_core.runtime.session import Session
 
@@ -29,36 +30,21 @@ class ProcessResources:
         if loop is not None:
             self._look()
 
-    def cpu_share(self, now: int) -> float:
-        """Return the share of one core used since the last call."""
+    def at(self, now: int) -> Resources:
+        """Return those at `now` (Unix ns): the share of a core since the last call.
+
+        The most memory that was resident, and who is linked, are as of a second or so ago: to look takes a while.
+        """
         used, elapsed = clock.cpu_time(), max(1, now - self._at)
         share = (used - self._used) * SECOND / elapsed
         self._at, self._used = now, used
-        return share
-
-    def resident(self) -> int:
-        """Return the most memory that was resident so far, in bytes, as of a second or so ago."""
-        self._look_again()
-        return self._resident
-
-    def refused(self) -> int:
-        """Return the number of refused connections."""
-        return self._refusals.count
-
-    def links(self) -> tuple[str, ...]:
-        """Return who is linked, by authenticated identity, as of a second or so ago: to look takes a while."""
-        self._look_again()
-        return self._links
-
-    def _look_again(self) -> None:
-        now = clock.monotonic()
-        if now < self._look_at:
-            return
-        self._look_at = now + SECOND
-        if self._loop is None:
-            self._look()
-        else:
-            self._loop.call_soon_threadsafe(self._look)
+        if clock.monotonic() >= self._look_at:
+            self._look_at = clock.monotonic() + SECOND
+            if self._loop is None:
+                self._look()
+            else:
+                self._loop.call_soon_threadsafe(self._look)
+        return Resources(share, self._resident, self._refusals.count, self._links)
 
     def _look(self) -> None:
         self._links, self._resident = self._session.linked(), peak_memory()

@@ -154,9 +154,9 @@ class Session(contextlib.AbstractContextManager["Session"]):
         if self._held is not None:
             self._held.close()
 
-    def buffered(self, key: Key, capacity: int = BACKLOG) -> Buffered:
-        """Subscribe to `key`, buffering its newest `capacity` samples until they are read."""
-        return Buffered(inbox_of(key), self._rings(key, capacity, zenoh.Locality.REMOTE), capacity)
+    def buffered(self, key: Key) -> Buffered:
+        """Subscribe to `key`, buffering its newest BACKLOG samples until they are read."""
+        return Buffered(inbox_of(key), self._rings(key, BACKLOG, zenoh.Locality.REMOTE))
 
     def prompt(self, key: Key, wakeup: Wakeup) -> Prompt:
         """Subscribe to `key`; `wakeup` calls its handler in the running loop as soon as a sample arrives."""

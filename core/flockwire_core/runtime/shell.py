@@ -105,7 +105,7 @@ def status_publisher(
 
     `loop` is as `ProcessResources` has it.
     """
-    resources, supervision = ProcessResources(session, refusals, loop), Supervision(identity)
+    resources, supervision = ProcessResources(session, refusals, loop).at, Supervision(identity)
 
     def publish(messages: Iterable[tuple[Key, Message]]) -> None:
         for key, message in messages:
@@ -153,11 +153,6 @@ async def run_core(job: Job, feed: Feed | None = None) -> None:
         shell = Shell(core, plan, identity, session, swarm_clock, status, sockets)
         fed = feed(core, shell.step) if feed is not None else None
         shell.start(direct=sockets is None and fed is None)
-        done = False
-        try:
+        with last_resort(identity, shell.stop):
             async with fed or nullcontext():
                 await wait_for_end(core, plan, identity, session, ending, swarm_clock.lock, shell.time)
-            done = True
-        finally:
-            shell.stop()
-            last_resort(identity, done)

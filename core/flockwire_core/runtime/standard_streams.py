@@ -14,9 +14,9 @@ import os
 import sys
 import threading
 import traceback
-from collections import deque
 from collections.abc import Callable, Iterator
 from functools import partial
+from queue import Queue
 from typing import TYPE_CHECKING, TextIO
 
 if TYPE_CHECKING:
@@ -80,47 +80,34 @@ class UnblockedStream(io.RawIOBase):
 
 
 class WritingThread:
-    """A thread that writes and draws one after the other; it starts with its first work."""
+    """A thread that writes and draws one after the other."""
 
     def __init__(self) -> None:
-        self._taken: deque[Callable[[], None]] = deque()  # the first one is in progress
-        self._changed = threading.Condition()
-        self._over = False
-        self._thread: threading.Thread | None = None
+        self._work = Queue[Callable[[], None] | None]()  # None: no more comes
+        self._thread = threading.Thread(target=self._write, daemon=True)  # a blocked one keeps no process
+        self._thread.start()
 
     @property
     def busy(self) -> bool:
-        """Whether work is pending."""
-        return bool(self._taken)
+        """Whether work is pending, or in progress."""
+        return self._work.unfinished_tasks > 0
 
     def take(self, work: Callable[[], None]) -> None:
         """Do `work` after all other."""
-        with self._changed:
-            self._taken.append(work)
-            self._changed.notify()
-            if self._thread is None:
-                self._thread = threading.Thread(target=self._write, daemon=True)  # a blocked one keeps no process
-                self._thread.start()
+        self._work.put(work)
 
     def end(self, patience: float | None) -> None:
         """Wait until all is done, at most `patience` s."""
-        with self._changed:
-            self._over = True
-            self._changed.notify()
-        if self._thread is not None:
-            self._thread.join(patience)
+        self._work.put(None)
+        self._thread.join(patience)
 
     def _write(self) -> None:
-        while True:
-            with self._changed:
-                self._changed.wait_for(lambda: self._taken or self._over)
-                if not self._taken:
-                    return
+        for work in iter(self._work.get, None):
             try:
-                self._taken[0]()
+                work()
             except Exception:
                 traceback.print_exc()  # a failed table does not end a flight
-            self._taken.popleft()
+            self._work.task_done()
 
 
 _writer: WritingThread | None = None  # while a loop runs

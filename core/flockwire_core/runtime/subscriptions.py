@@ -38,11 +38,11 @@ class Rings:
 
 
 class Buffered(Input):
-    """The samples of a key, buffered until they are read; more than `capacity` between two reads count as overflow."""
+    """The samples of a key, buffered until they are read; more than BACKLOG between two reads count as overflow."""
 
-    def __init__(self, inbox: Inbox, rings: Rings, capacity: int = BACKLOG) -> None:
+    def __init__(self, inbox: Inbox, rings: Rings) -> None:
         super().__init__(inbox)
-        self._rings, self._capacity = rings, capacity
+        self._rings = rings
 
     def messages(self, now: int) -> list[Message]:
         """Return the messages that came since the last call and were accepted."""
@@ -54,7 +54,7 @@ class Buffered(Input):
             count += 1
             if message is not None:
                 found.append(message)
-        if count >= self._capacity:
+        if count >= BACKLOG:
             self.inbox.rejected["overflow"] += 1
         return found
 

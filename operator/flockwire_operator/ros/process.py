@@ -41,7 +41,7 @@ class RosProcess:
     def __init__(self, plan: Plan, identity: str, session: Session, refusals: Refusals) -> None:
         self._plan, self._log, self._counts = plan, logging.getLogger(identity), StepCounts()
         self.core = RosCore(plan, lambda: secrets.randbits(31))
-        self._operator = Operator(plan, session, identity, self.core)
+        self._operator = Operator(plan, session, identity, self.core.operator, self.core)
         self._status = status_publisher(plan, identity, session, refusals, self._operator.clock.timekeeping)
         self._node: RosNode | None = None
         self._outputs: dict[Topic, RosOutput] = {}
@@ -141,14 +141,9 @@ async def run(job: Job) -> None:
         ticker.start()
         joining = asyncio.create_task(_join(process, place, ending, stack))
         joining.add_done_callback(process.joined)
-        done = False
-        try:
+        with last_resort(identity, ticker.stop):
             await wait_for_end(process.core, plan, identity, session, ending)
             await joining
-            done = True
-        finally:
-            ticker.stop()
-            last_resort(identity, done)
 
 
 async def _join(process: RosProcess, place: Place, ending: Ending, stack: contextlib.ExitStack) -> None:

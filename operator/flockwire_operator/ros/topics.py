@@ -4,18 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from flockwire_core.ros.definitions import (
-    ACCELERATION,
-    BATTERY,
-    CLOCK,
-    DIAGNOSTIC,
-    DIAGNOSTICS,
-    MARKERS,
-    ODOMETRY,
-    POSE,
-    TRANSFORMS,
-    TWIST,
-)
+from flockwire_core.ros import definitions
 from flockwire_core.ros.graph import DEFAULT, LATCHED, Qos
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.swarm.ros import Ros, namespace_of
@@ -34,19 +23,19 @@ class Topic(NamedTuple):
     qos: Qos = DEFAULT
 
 
-TF = Topic("/tf", TRANSFORMS, DEEP)
-TF_STATIC = Topic("/tf_static", TRANSFORMS, LATCHED)
-DIAGNOSTIC_ARRAY = Topic("/diagnostics", DIAGNOSTICS)
-MARKER_ARRAY = Topic("/swarm/markers", MARKERS)
-SWARM_STATUS = Topic("/swarm/status", DIAGNOSTIC, LATCHED)
-SIM_CLOCK = Topic("/clock", CLOCK, Qos(reliable=False, depth=1))
+TF = Topic("/tf", definitions.TRANSFORMS, DEEP)
+TF_STATIC = Topic("/tf_static", definitions.TRANSFORMS, LATCHED)
+DIAGNOSTIC_ARRAY = Topic("/diagnostics", definitions.DIAGNOSTICS)
+MARKER_ARRAY = Topic("/swarm/markers", definitions.MARKERS)
+SWARM_STATUS = Topic("/swarm/status", definitions.DIAGNOSTIC, LATCHED)
+SIM_CLOCK = Topic("/clock", definitions.CLOCK, Qos(reliable=False, depth=1))
 SHARED = (TF, TF_STATIC, DIAGNOSTIC_ARRAY, MARKER_ARRAY, SWARM_STATUS)
 CMD_ACCEL = "cmd_accel"  # of drones that are commanded accelerations
 OF_KEYS = {  # by the kind of key: topics of its owner
-    "pose": (("pose", POSE), ("odom", ODOMETRY)),
-    "command": (("cmd_vel", TWIST), (CMD_ACCEL, ACCELERATION)),
-    "estimate": (("leader_estimate", ODOMETRY),),
-    "telemetry": (("battery", BATTERY),),
+    "pose": (("pose", definitions.POSE), ("odom", definitions.ODOMETRY)),
+    "command": (("cmd_vel", definitions.TWIST), (CMD_ACCEL, definitions.ACCELERATION)),
+    "estimate": (("leader_estimate", definitions.ODOMETRY),),
+    "telemetry": (("battery", definitions.BATTERY),),
 }
 
 

@@ -1,6 +1,7 @@
 """When a process ends: signals, a parent that is gone, what flies, and whom it waits for."""
 
 import asyncio
+import contextlib
 import os
 import signal
 import threading
@@ -185,7 +186,9 @@ def test_a_session_that_does_not_close_ends_the_process_with_a_log_line_and_stat
 
     monkeypatch.setattr(module, "LAST_RESORT", 0.0)
     monkeypatch.setattr(module.os, "_exit", leave)
-    last_resort("recorder", done)
+    with contextlib.suppress(OSError), last_resort("recorder", lambda: None):
+        if not done:
+            raise OSError
     assert ended.wait(SOON)
     assert statuses == [status]
     (line,) = caplog.messages
