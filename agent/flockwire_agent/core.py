@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from math import dist, isfinite
-from typing import Any, cast
+from typing import Any
 
 from flockwire_core.domain.motion import LeaderMotion
 from flockwire_core.domain.order import Mission
@@ -19,7 +19,7 @@ from flockwire_core.parameters import pilot_parameters
 from flockwire_core.pilot.law_command import LawCommand
 from flockwire_core.pilot.orders import is_known
 from flockwire_core.pilot.pilot import Pilot, shown
-from flockwire_core.process.cores import Aside, Core, Done, MakeLaw, Start
+from flockwire_core.process.cores import Aside, Core, MakeLaw, Start, at_once
 from flockwire_core.process.stopwatch import Stopwatch
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
@@ -40,7 +40,7 @@ class AgentCore:
     """Follower `number` of `swarm`; started at `now` (Unix ns). The `stopwatch` measures its law, `aside` plans."""
 
     def __init__(
-        self, swarm: Swarm, number: int, now: int, stopwatch: Stopwatch | None = None, aside: Aside = Done,
+        self, swarm: Swarm, number: int, now: int, stopwatch: Stopwatch | None = None, aside: Aside = at_once,
         law: MakeLaw | None = None,
     ) -> None:  # fmt: skip
         parameters, name = pilot_parameters(swarm, number), uav(number)
@@ -54,7 +54,9 @@ class AgentCore:
         form, make = law_form(declared), partial(law or follower_law, swarm, number)
         self._law = GuardedLaw(make, name, stopwatch, declared, form, aside)
         self._exchange = Exchange(swarm, number, declared, form, pilot.born)
-        self._site = _site(swarm, number, pilot.born)
+        self._site: OrderedPlace = (
+            load_object(AUCTIONED)(swarm, number, pilot.born) if swarm.auctioned else OrderedPlace(swarm, number)
+        )
         pilot.accelerates = accelerates(swarm, number)
         self._command = LawCommand(declared, parameters, pilot.accelerates)
         own = declared.own  # a flag's & takes 1 us
@@ -153,15 +155,6 @@ class AgentCore:
             self._exchange.leave_out(flight.mission.without)
             self._site.order(flight.mission, now)
         self._law.restart()
-
-
-def _site(swarm: Swarm, number: int, born: int) -> OrderedPlace:
-    """Return what gives follower `number` its place in a formation."""
-    return (
-        cast("OrderedPlace", load_object(AUCTIONED)(swarm, number, born))
-        if swarm.auctioned
-        else OrderedPlace(swarm, number)
-    )
 
 
 def make_core(start: Start) -> Core:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import traceback
 from collections.abc import Callable
+from concurrent.futures import Future
 from functools import partial
 from typing import Any
 
@@ -13,7 +14,7 @@ from flockwire_core.domain.vector import ZERO
 from flockwire_core.follower_law import LateAnswerError, raised
 from flockwire_core.law import RELAYING, Decision, Information, Law, Observation, check_decision
 from flockwire_core.objects import FAILURES
-from flockwire_core.process.cores import Aside, Done, Task
+from flockwire_core.process.cores import Aside, at_once
 from flockwire_core.process.stopwatch import Stopwatch
 from flockwire_core.wire.law_form import LawForm, packed
 from flockwire_core.wire.status import LAW_FAILED, Reason
@@ -31,7 +32,7 @@ class Planning:
         self.newest: Any = None
         self.late = 0
         self._plan, self._deadline, self._aside = plan, nanoseconds(deadline), aside
-        self._task: Task | None = None
+        self._task: Future[object] | None = None
         self._due = 0
         self._waits = False
 
@@ -68,7 +69,7 @@ class GuardedLaw:
         stopwatch: Stopwatch | None = None,
         declared: Information = RELAYING,
         form: LawForm | None = None,
-        aside: Aside = Done,
+        aside: Aside = at_once,
     ) -> None:
         self._make, self._name, self._stopwatch = make, name, stopwatch
         self._declared, self._form, self._aside = declared, form, aside

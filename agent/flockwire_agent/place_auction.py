@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import dist, inf
-from typing import NamedTuple
 
 from flockwire_core.control.auction import LEAST, Auction, highest_price
 from flockwire_core.control.formation import Formation
@@ -32,33 +31,23 @@ NO_BID = Bid(0.0, NOBODY)
 LISTENING = SECOND  # ns for which a process that is younger than the order waits for its own old bids
 
 
-class AuctionParameters(NamedTuple):
-    """The parameters of a follower's part in the auction for places."""
-
-    followers: tuple[int, ...]  # the bidders, by rank
-    formations: frozenset[str]  # those whose places are shared out so, by the name in an order
-    shapes: Mapping[str, Formation]  # all formations, likewise
-    most_cost: float  # m^2, largest cost of a place: the fence's diagonal, squared
-
-
-def auction_parameters(swarm: Swarm) -> AuctionParameters:
-    """Return the parameters of the auctions of `swarm`."""
-    formations = {name: swarm.build_formation(name) for name in swarm.formation_names}
-    fence = swarm.limits.fence
-    return AuctionParameters(swarm.followers, swarm.auctioned, formations, dist(fence.low, fence.high) ** 2)
+def most_cost(swarm: Swarm) -> float:
+    """Return the largest cost of a place, m^2: the fence's diagonal, squared."""
+    return dist(swarm.limits.fence.low, swarm.limits.fence.high) ** 2
 
 
 class PlaceAuction:
-    """Follower `number`'s part in the auctions of formations; its process was started at `born` (Unix ns).
+    """Follower `number`'s part in the auctions of `shapes`, by name in an order; its process began at `born` (Unix ns).
 
     Each order into such a formation begins an auction; an order that interrupts it leaves the place as it is. A drone
     that is left out does not bid.
     `rejected` counts messages with bids that nobody can have made.
     """
 
-    def __init__(self, parameters: AuctionParameters, number: int, frame: str, born: int) -> None:
-        self._parameters, self._number, self._frame, self._born = parameters, number, frame, born
-        self._rank = parameters.followers.index(number)
+    def __init__(self, swarm: Swarm, number: int, shapes: Mapping[str, Formation], born: int) -> None:
+        self._number, self._frame, self._born = number, swarm.frame, born
+        self._followers, self._auctioned, self._shapes = swarm.followers, swarm.auctioned, shapes
+        self._rank, self._most_cost = swarm.followers.index(number), most_cost(swarm)
         self._order: Mission | None = None  # into a formation with an auction; None while another order is in force
         self._auction: Auction | None = None
         self._left_out = False  # of such a formation
@@ -89,7 +78,7 @@ class PlaceAuction:
             self._order = None
             return
         self._auction, self._told = None, None
-        auctioned = mission.formation in self._parameters.formations
+        auctioned = mission.formation in self._auctioned
         self._left_out = auctioned and self._number in mission.without
         self._order = mission if auctioned and not self._left_out else None
         old = mission.stamp <= self._born
@@ -144,9 +133,8 @@ class PlaceAuction:
 
     def _opened(self, order: Mission, here: Vector | None, now: int) -> Auction:
         """Return the auction of `order` by the costs at present, with the bids that were known before."""
-        parameters, known = self._parameters, self._auction
-        most = highest_price(len(parameters.followers), parameters.most_cost)
-        bidders = frozenset(parameters.followers).difference(order.without)
+        known, most = self._auction, highest_price(len(self._followers), self._most_cost)
+        bidders = frozenset(self._followers).difference(order.without)
         self._auction = Auction(self._number, self._costs(order, here, now), LEAST, most, bidders)
         if known is not None:
             self._auction.take(known.bids)
@@ -166,15 +154,15 @@ class PlaceAuction:
         In a change of formation it is that between the old place and the new one, half way, as the operator plans; the
         places of drones that are left out are not to be had.
         """
-        own, change, at = self._parameters, order.change, max(now - order.start, 0) / SECOND
+        change, at = order.change, max(now - order.start, 0) / SECOND
         if change is not None and now < change.begin + nanoseconds(change.duration):
             at = (change.begin - order.start) / SECOND + 0.5 * change.duration
-            here = own.shapes[change.before].offset(change.places_before[self._rank], at)
-        shape = own.shapes[order.formation]
-        ways = [dist(here, shape.offset(rank, at)) if here is not None else inf for rank in range(len(own.followers))]
+            here = self._shapes[change.before].offset(change.places_before[self._rank], at)
+        shape, ranks = self._shapes[order.formation], range(len(self._followers))
+        ways = [dist(here, shape.offset(rank, at)) if here is not None else inf for rank in ranks]
         return [
-            min(own.most_cost, way * way) if drone not in order.without else inf  # way ** 2 may raise OverflowError
-            for way, drone in zip(ways, own.followers, strict=True)
+            min(self._most_cost, way * way) if drone not in order.without else inf  # way ** 2 may raise OverflowError
+            for way, drone in zip(ways, self._followers, strict=True)
         ]
 
 
@@ -186,7 +174,7 @@ class AuctionedPlace(OrderedPlace):
 
     def __init__(self, swarm: Swarm, number: int, born: int) -> None:
         super().__init__(swarm, number)
-        self._auction = PlaceAuction(auction_parameters(swarm), number, swarm.frame, born)
+        self._auction = PlaceAuction(swarm, number, self.formations, born)
         self._waiting, self._key = WaitingPlace(pilot_parameters(swarm, number)), Key("bids", uav(number))
         self._ordered_ranks = self._known
         bidders = [j for j in swarm.topology.neighbours(number) if j not in swarm.leaders]

@@ -31,8 +31,8 @@ class TraceFile:
         """Write one message."""
         sample = published.sample
         self._writer.write(
-            published.topic, ROS_TYPES[sample.row.message], published.publisher, published.sequence, published.at,
-            published.sent, sample.payload,
+            published.topic, ROS_TYPES[sample.row.message], sample.publisher, sample.sequence, published.at,
+            sample.sent, sample.payload,
         )  # fmt: skip
 
     def close(self) -> None:
@@ -48,9 +48,10 @@ class TraceInMemory:
 
     def take(self, published: Published) -> None:
         """Collect one message."""
+        sample = published.sample
         self._collector.add(
-            published.publisher, published.key, published.message, published.sequence, published.sent,
-            published.at, len(published.sample.payload),
+            sample.publisher, published.key, sample.message(), sample.sequence, sample.sent, published.at,
+            len(sample.payload),
         )  # fmt: skip
 
     def trace(self) -> Trace:

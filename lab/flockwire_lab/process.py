@@ -11,7 +11,7 @@ from flockwire_core.compiling import mypyc_attr
 from flockwire_core.domain.record import Record
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.cores import Core, Datagram, Networked
-from flockwire_core.process.stepping import StatusPublisher, Stepper, prompt_keys, tick_period
+from flockwire_core.process.stepping import Resources, StatusPublisher, Stepper, prompt_keys, tick_period
 from flockwire_core.process.timekeeping import Timekeeping, is_known
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.codec import CODECS, Message
@@ -28,19 +28,14 @@ POLL = SECOND // 50  # ns between two checks for swarm time
 
 @mypyc_attr(acyclic=True)
 class Published(Record):
-    """One published message: `at` is the true time, `sent` the publisher's time (Unix ns)."""
+    """One published message; `at` is the true time (Unix ns), that in `sample` the publisher's."""
 
-    __slots__ = ("at", "sent", "key", "topic", "publisher", "sequence", "sample")
+    __slots__ = ("at", "key", "topic", "sample")
 
-    def __init__(
-        self, at: int, sent: int, key: Key, topic: str, publisher: bytes, sequence: int, sample: Sample
-    ) -> None:
+    def __init__(self, at: int, key: Key, topic: str, sample: Sample) -> None:
         self.at: Final = at
-        self.sent: Final = sent
         self.key: Final = key
         self.topic: Final = topic
-        self.publisher: Final = publisher
-        self.sequence: Final = sequence
         self.sample: Final = sample
 
     @property
@@ -65,24 +60,7 @@ class Outlet:
         self.readers: list[tuple[VirtualLink, int]] = []
 
 
-class NoResources:
-    """The resources of a process in virtual time: constants, so that flights are repeatable."""
-
-    def cpu_share(self, now: int) -> float:
-        """Return 0."""
-        return 0.0
-
-    def resident(self) -> int:
-        """Return 0."""
-        return 0
-
-    def refused(self) -> int:
-        """Return 0."""
-        return 0
-
-    def links(self) -> tuple[str, ...]:
-        """Return no links."""
-        return ()
+NO_RESOURCES: Final = Resources(0.0, 0, 0, ())  # in virtual time: constants, so that flights are repeatable
 
 
 class VirtualProcess:
@@ -170,7 +148,7 @@ class VirtualProcess:
         prompt = prompt_keys(core) | timekeeping.keys
         self._slots = [Slot(slot.inbox, slot.timing, slot.inbox.key in prompt) for slot in self._slots]
         status = StatusPublisher(
-            self._swarm.frame, self.identity, self._publish, NoResources(), timekeeping, lambda _: None
+            self._swarm.frame, self.identity, self._publish, lambda _: NO_RESOURCES, timekeeping, lambda _: None
         )
         buffered = [slot for slot in self._slots if not slot.prompt]
         self._stepper = Stepper(
@@ -290,17 +268,15 @@ class VirtualProcess:
         now, loaded, tap = self._now, self._loaded, self._tap
         for key, message in messages:
             outlet = self.outlets[key]
-            sequence, publisher = outlet.sequence, outlet.publisher
-            outlet.sequence = sequence + 1
-            sample = Sample(outlet.row, outlet.encode(message), sequence, now, publisher)
+            sample = Sample(outlet.row, outlet.encode(message), outlet.sequence, now, outlet.publisher)
+            outlet.sequence += 1
             for link, place in outlet.readers:
                 load = link.load
                 if not load:
                     loaded.append(link)
                 load.append((place, sample))
             if tap is not None:
-                true = self._scheduler.now
-                tap(Published(true, now, key, outlet.topic, publisher, sequence, sample))
+                tap(Published(self._scheduler.now, key, outlet.topic, sample))
 
     def _depart(self) -> None:
         loaded, self._loaded = self._loaded, []

@@ -4,7 +4,7 @@ from itertools import pairwise
 from math import dist, inf
 
 import pytest
-from flockwire_agent.place_auction import LISTENING, NEW, REPEAT, SOON, PlaceAuction, auction_parameters
+from flockwire_agent.place_auction import LISTENING, NEW, REPEAT, SOON, PlaceAuction, most_cost
 from flockwire_core.control.auction import LEAST, highest_price
 from flockwire_core.domain.bids import NOBODY, Bid, Bids
 from flockwire_core.domain.motion import LeaderMotion, Motion
@@ -33,7 +33,8 @@ def swarm(make_swarm):
 
 
 def part(swarm, number=2, born=BORN):
-    return PlaceAuction(auction_parameters(swarm), number, "world", born)
+    shapes = {name: swarm.build_formation(name) for name in swarm.formation_names}
+    return PlaceAuction(swarm, number, shapes, born)
 
 
 def at(swarm, rank, beside=0.0, formation=""):
@@ -92,7 +93,7 @@ def test_bids_of_another_order_and_bids_that_nobody_can_have_made_are_dropped(sw
     one = part(swarm)
     one.order(ORDER, NOW)
     one.step(Phase.HOLD, at(swarm, 3), LEADER, NOW)
-    most = highest_price(4, auction_parameters(swarm).most_cost)
+    most = highest_price(4, most_cost(swarm))
     one.take(told(FREE, FREE, FREE, (50.0, 4), order=ORDER._replace(giver=4)))
     assert (one.place, one.rejected) == (3, 0)
     for bids in ([(50.0, 4)], [(50.0, 4)] * 5, [FREE, FREE, FREE, (50.0, 7)], [FREE, FREE, FREE, (1.01 * most, 4)]):
@@ -185,7 +186,7 @@ def test_in_a_change_a_place_costs_the_way_from_the_old_place_half_way_through_i
 @pytest.mark.sources  # replaces compiled functions
 def test_a_place_without_a_position_costs_the_most(make_swarm):
     table = {**TABLE, "formation": {"kind": "expression", "x": "2*i", "y": "1", "assignment": "auction"}}
-    parameters = auction_parameters(make_swarm(table))
+    swarm = make_swarm(table)
 
     class Undefined:
         count = 4
@@ -193,11 +194,11 @@ def test_a_place_without_a_position_costs_the_most(make_swarm):
         def offset(self, index, _):
             return (inf - inf if index == 0 else 2.0 * index, 0.0, 0.0)
 
-    one = PlaceAuction(parameters._replace(shapes={"": Undefined()}), 2, "world", BORN)
+    one = PlaceAuction(swarm, 2, {"": Undefined()}, BORN)
     one.order(ORDER, NOW)
     bids = one.step(Phase.HOLD, Motion((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)), LEADER, NOW)
     assert one.place == 1
-    assert bids.bids[1].price < highest_price(4, parameters.most_cost)
+    assert bids.bids[1].price < highest_price(4, most_cost(swarm))
 
 
 @pytest.mark.parametrize("far", [1e200, -1.7e308])
@@ -205,7 +206,7 @@ def test_wherever_a_neighbour_claims_the_leader_is_it_bids(swarm, far):
     one = part(swarm)
     one.order(ORDER, NOW)
     bids = one.step(Phase.HOLD, at(swarm, 3), LeaderMotion((far, far, 1.0)), NOW)
-    most = auction_parameters(swarm).most_cost
+    most = most_cost(swarm)
     assert bids.bids[one.place].price < highest_price(4, most)
 
 

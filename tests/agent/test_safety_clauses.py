@@ -83,7 +83,7 @@ CLAUSES = {
     ),
     "braking": Clause(
         *FACE_TO_FACE, {"limits.acceleration": 1.5}, apart,
-        {"keep_clear": lambda *a: barrier.keep_clear(*a[:6], a[6]._replace(braking=inf), *a[7:])},
+        {"keep_clear": lambda *a: barrier.keep_clear(*a[:6], unbraked(a[6]), *a[7:])},
     ),
     "least violation": Clause(
         *AGAINST_THE_LEADER, {**LEADER_COMES, "limits.acceleration": 2.0, "avoidance.sensing_radius": 1.3}, apart,
@@ -116,6 +116,10 @@ CLAUSES = {
         {"speed_and_acceleration": lambda *_: (ZERO, 9.0, None), "limit": lambda v, _: v},
     ),
 }  # fmt: skip
+
+
+def unbraked(approach: barrier.Approach) -> barrier.Approach:
+    return barrier.Approach(approach.last, approach.speed, approach.rate, inf)
 
 
 def unguarded(swarm: Swarm, number: int) -> PilotParameters:

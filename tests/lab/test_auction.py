@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from flockwire_agent.place_auction import auction_parameters
+from flockwire_agent.place_auction import most_cost
 from flockwire_analysis.checks import ABOUT_THE_RECORD
 from flockwire_analysis.phases import offsets, shared_places
 from flockwire_analysis.recorded import Held, Trace
@@ -245,7 +245,7 @@ def test_a_liar_that_claims_all_places_keeps_drones_where_they_are_until_the_nex
     make_swarm: Callable[..., Any], at: float
 ) -> None:
     swarm = make_swarm(AUCTION)
-    price = highest_price(4, auction_parameters(swarm).most_cost)
+    price = highest_price(4, most_cost(swarm))
     lie = {"at": at, "kind": "false_bids", "drone": 2, "price": price, "duration": 9.0 - at}
     trace = TraceInMemory(swarm, 0)
     world = World(swarm, 0, 18.0, parse_faults({"faults": [lie]}, Plan(swarm), "test"), trace.take)

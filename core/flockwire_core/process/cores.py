@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from concurrent.futures import Future
 from typing import NamedTuple, Protocol, cast, runtime_checkable
 
 from flockwire_core.law import Law
@@ -35,39 +36,17 @@ class Store(Protocol):
         """Keep `data`; does not wait for it."""
 
 
-class Task(Protocol):
-    """A computation beside a core, as concurrent.futures.Future."""
-
-    def done(self) -> bool:
-        """Return whether it ended."""
-
-    def result(self) -> object:
-        """Return its result, or raise what it raised."""
+Aside = Callable[[Callable[[], object]], Future[object]]  # begins a computation beside a core
 
 
-Aside = Callable[[Callable[[], object]], Task]  # begins a computation
-
-
-class Done:
-    """A computation that is over when it begins, as in virtual time."""
-
-    def __init__(self, compute: Callable[[], object]) -> None:
-        self._result: object = None
-        self._error: Exception | None = None
-        try:
-            self._result = compute()
-        except Exception as error:
-            self._error = error
-
-    def done(self) -> bool:
-        """Return True."""
-        return True
-
-    def result(self) -> object:
-        """Return its result, or raise what it raised."""
-        if self._error is not None:
-            raise self._error
-        return self._result
+def at_once(compute: Callable[[], object]) -> Future[object]:
+    """Return a computation that is over when it begins, as in virtual time."""
+    over: Future[object] = Future()
+    try:
+        over.set_result(compute())
+    except Exception as error:
+        over.set_exception(error)
+    return over
 
 
 MakeLaw = Callable[[Swarm, int], Law]  # takes the number of a follower
@@ -82,7 +61,7 @@ class Start(NamedTuple):
     chance: Randomness
     stopwatch: Stopwatch | None = None  # for a user's law
     store: Store | None = None
-    aside: Aside = Done  # computes what must not hold up the steps
+    aside: Aside = at_once  # computes what must not hold up the steps
     law: MakeLaw | None = None  # of a follower, in place of `follower_law`
 
     @property

@@ -7,7 +7,7 @@ passes arrived messages and ticks to a `Stepper`, which decides when to step.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Final, Protocol
+from typing import Final, NamedTuple
 
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.cores import Core, Framed
@@ -24,20 +24,13 @@ WATCHDOG_TICKS: Final = 2  # without a trigger, after which such a core steps at
 Publish = Callable[[Iterable[tuple[Key, Message]]], None]
 
 
-class Resources(Protocol):
-    """Resources and links of a process."""
+class Resources(NamedTuple):
+    """What a process costs, and how it is connected."""
 
-    def cpu_share(self, now: int) -> float:
-        """Return the share of one core used since the last call."""
-
-    def resident(self) -> int:
-        """Return the peak resident memory, in bytes."""
-
-    def refused(self) -> int:
-        """Return the number of refused connections."""
-
-    def links(self) -> tuple[str, ...]:
-        """Return the linked processes by authenticated identity."""
+    cpu: float  # share of one core since the last status
+    resident: int  # bytes, peak
+    refused: int  # connections
+    links: tuple[str, ...]  # the linked processes, by authenticated identity
 
 
 class StepCounts:
@@ -77,7 +70,7 @@ def is_due(deadline: int, now: int, period: int) -> bool:
 class StatusPublisher:
     """Publishes the status of the process `identity` ten times a second, and logs changes of its state.
 
-    `frame` is the name of the world frame.
+    `frame` is the name of the world frame; `resources` returns those at a time (Unix ns).
     """
 
     def __init__(
@@ -85,7 +78,7 @@ class StatusPublisher:
         frame: str,
         identity: str,
         publish: Publish,
-        resources: Resources,
+        resources: Callable[[int], Resources],
         timekeeping: Timekeeping,
         log: Callable[[str], None],
     ) -> None:
@@ -109,11 +102,11 @@ class StatusPublisher:
             report = report._replace(reasons=(*report.reasons, slow))
         if report.mission is not None and self.ahead:
             report = report._replace(mission=report.mission.shift(-self.ahead))
+        cpu, resident, refused, links = self._resources(now)
         status = Status(
             now - self.ahead, self._frame, self._identity, report,
-            counts.steps, counts.delayed_1ms, counts.delayed_5ms, counts.skipped, self._resources.refused(),
-            self._resources.cpu_share(now), self._resources.resident(), rejected, self._resources.links(),
-            offset, bound,
+            counts.steps, counts.delayed_1ms, counts.delayed_5ms, counts.skipped, refused,
+            cpu, resident, rejected, links, offset, bound,
         )  # fmt: skip
         self._publish(((self._key, status),))
         line = report.line

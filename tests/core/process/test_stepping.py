@@ -18,7 +18,7 @@ from flockwire_core.wire.inbox import Inbox
 from flockwire_core.wire.keys import ROWS, Key
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import Report, Status
-from flockwire_lab.process import NoResources
+from flockwire_lab.process import NO_RESOURCES
 
 pytestmark = pytest.mark.sources  # its swarm time and inputs are of Python
 PERIOD = 100
@@ -241,7 +241,7 @@ def test_a_status_has_its_order_in_swarm_time(make_plan: Callable[..., Plan]) ->
     plan = make_plan()
     status = StatusPublisher(
         "world", "uav1", lambda messages: published.extend(message for _, message in messages),  # type: ignore[misc]
-        NoResources(), timekeeping(plan, "uav1", lambda _: None), lambda _: None,
+        lambda _: NO_RESOURCES, timekeeping(plan, "uav1", lambda _: None), lambda _: None,
     )  # fmt: skip
     status.ahead = 60 * SECOND
     order = Mission(T0, "world", "start", T0 + SECOND)

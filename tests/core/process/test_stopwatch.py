@@ -15,7 +15,7 @@ from flockwire_core.process.timekeeping import timekeeping
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import Report, Status
-from flockwire_lab.process import NoResources
+from flockwire_lab.process import NO_RESOURCES
 from flockwire_lab.world import World
 
 MS = 1_000_000
@@ -53,7 +53,7 @@ def test_the_status_of_a_real_agent_names_it(make_plan: Callable[..., Plan]) -> 
         "world",
         "uav1",
         lambda messages: published.extend(message for _, message in messages),  # type: ignore[misc]
-        NoResources(),
+        lambda _: NO_RESOURCES,
         timekeeping(plan, "uav1", lambda _: None),
         lambda _: None,
     )
