@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from math import cos, dist, hypot, inf, pi, sin, sqrt
 from random import Random
 
-from flockwire_core.control.formation import Circle, Formation, Grid, Line
+from flockwire_core.control.formation import Circle, Formation, grid, line
 from flockwire_core.control.trajectory import Waypoints
 from settling import AREA, SPACING, TELLO, Table, merged
 
@@ -161,7 +161,7 @@ FAMILIES: dict[str, Callable[[int, Table], Flight]] = {
 }
 
 
-NINE = ({"kind": "grid", "spacing": 0.9}, Grid(8, 0.9, 3, 0.0), 8)
+NINE = ({"kind": "grid", "spacing": 0.9}, grid(8, 0.9, 3, 0.0), 8)
 Path = tuple[Table, Callable[[Point], float]]
 """The table of a leader's trajectory from the origin, and the distance of a point from it."""
 
@@ -205,8 +205,8 @@ def _drawn(chance: Random, airframe: Table) -> Flight | None:
     rate = chance.uniform(-0.05, 0.05) if kind == "circle" else 0.0
     radius = max(spacing, 0.5 * spacing / sin(pi / followers))  # m, the leader is as far as the neighbours at least
     shapes: dict[str, tuple[Table, Formation]] = {
-        "grid": ({"spacing": spacing}, Grid(followers, spacing, 3, 0.0)),
-        "line": ({"spacing": spacing, "heading": 0.5 * pi}, Line(followers, spacing, 0.5 * pi, 0.0)),
+        "grid": ({"spacing": spacing}, grid(followers, spacing, 3, 0.0)),
+        "line": ({"spacing": spacing, "heading": 0.5 * pi}, line(followers, spacing, 0.5 * pi, 0.0)),
         "circle": ({"radius": radius, "rate": rate}, Circle(followers, radius, rate)),
     }
     table, formation = shapes[kind]

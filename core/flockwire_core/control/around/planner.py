@@ -10,7 +10,7 @@ the drone is there.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import ceil, dist, hypot, inf
+from math import ceil, dist, hypot, inf, sqrt
 from typing import Final
 
 from flockwire_core.control.around.lateral_shift import lateral_shift
@@ -20,7 +20,7 @@ from flockwire_core.control.guard import GuardParameters
 from flockwire_core.control.plane_polygon import Corner
 from flockwire_core.domain.body import AT_REST, Body, BodyKind, stands
 from flockwire_core.domain.motion import Motion
-from flockwire_core.domain.vector import ZERO, Vector, limit
+from flockwire_core.domain.vector import ZERO, Vector, limit, subtract
 
 PERIOD: Final = 0.1  # s between two plans: a body moves by less than the spare distance
 AHEAD: Final = 0.25  # m along the first tangent, the point that is flown to: beyond the motion of a period
@@ -30,7 +30,7 @@ SOON: Final = 1.0  # s, at most, for which a motion is continued: then it has ch
 BERTH: Final = 0.12  # m more, where the way is hardly longer or a place is fast: there the filter slows it down
 LONGER: Final = 0.3  # m that this way may be longer
 RIGHT: Final = 0.1  # m by which a way to the left must be shorter: drones that meet head on choose alike
-TURN: Final = 0.3  # m by which a way must be shorter to begin across the last one; twice that to begin against it
+TURN: Final = 0.3  # m by which a way must be shorter to begin across the last one, or to pass on the other side
 STEADY: Final = 0.3  # of a change of the place's velocity that counts at a plan: a leader that weaves changes no side
 SIDEWAYS: Final = 0.4  # of the speed limit, at which a place leaves the way of a body
 ROUND: Final = 0.5  # m that a way round drones may be longer than one above or below them
@@ -62,24 +62,27 @@ class Planner:
         self._rate: Corner = (0.0, 0.0)  # m/s, of that
         self._rest, self._passes = 0.0, False  # m, the way from there; whether it passes above or below drones
         self._turn, self._turned = (0.0, 0.0), 0.0  # m, TURN along the last way that was not straight; s, of that plan
+        self._side = 0.0  # on which the place passes what stands: 1 left, -1 right, 0 neither
 
     def correction(self, error: Vector, motion: Motion, velocity: Vector, bodies: Sequence[Body], now: float) -> Vector:
         """Return u − v, m/s, for an `error` y − y_r, m, of the stopping point; the place moves at `velocity`, m/s.
 
         `bodies` are relative to the position, m; `now` in s.
         """
-        own, (x, y, z), (sx, sy, sz) = self._guard, error, motion.stopping
+        own = self._guard
+        x, y, z = error
         if now - self._planned >= PERIOD:
             self._planned += PERIOD * ((now - self._planned) // PERIOD)
             vx, vy = self._steady
             self._steady = (vx + STEADY * (velocity[0] - vx), vy + STEADY * (velocity[1] - vy))
-            if bodies or own.room.outside((sx - x, sy - y, sz - z)) > 0.0:
+            if bodies or own.room.outside(subtract(motion.stopping, error)) > 0.0:
                 self._plan((x, y), motion, velocity, bodies)
             else:
                 self._forget()
-        (ax, ay), (vx, vy), t = self._ahead, self._rate, now - self._planned
-        x, y = ax + t * vx - x, ay + t * vy - y
-        reach, rise = hypot(x, y), self._rise(z, (x, y), bodies) if self._passes else 0.0
+        vx, vy = self._rate
+        t = now - self._planned
+        x, y = self._ahead[0] + t * vx - x, self._ahead[1] + t * vy - y
+        reach, rise = sqrt(x * x + y * y), self._rise(z, (x, y), bodies) if self._passes else 0.0
         pull = self._gain * (1.0 + self._rest / max(reach, 1e-6))
         return limit((pull * x + vx, pull * y + vy, self._gain * (rise - z)), own.speed)
 
@@ -93,7 +96,7 @@ class Planner:
         nearest, rise, drone = 2.0 * SOON * self._guard.speed, 0.0, BodyKind.DRONE
         for body in bodies:
             x, y, up = body.relative_position
-            gap, side = hypot(x, y), 1.0 if x * EAST[0] + y * EAST[1] > 0.0 else -1.0
+            gap, side = sqrt(x * x + y * y), 1.0 if x * EAST[0] + y * EAST[1] > 0.0 else -1.0
             ahead = gap < kept or x * along[0] + y * along[1] > 0.0
             if body.kind is drone and gap < nearest and ahead and side * (z + up) < 0.25 * kept:
                 nearest, rise = gap, z + up + side * kept
@@ -149,20 +152,17 @@ class Planner:
     ) -> tuple[list[Disc], list[Disc], list[Passed]]:
         """Return the discs of obstacles and of drones, relative to the place, and what the place passes."""
         own, obstacles, drones, fixed = self._guard, list[Disc](), list[Disc](), list[Disc]()
-        passed: list[Passed] = []
+        passed, standing = list[Passed](), list[Disc]()
         (vx, vy, _), (ux, uy, _) = velocity, motion.velocity
         px, py = motion.position[0] - motion.stopping[0], motion.position[1] - motion.stopping[1]
         for body in bodies:
             (x, y, _), (wx, wy, _), r = body.relative_position, body.velocity, own.separation.from_axis(body) + SPARE
-            if stands(body):
-                t = min(max(hypot(x + px, y + py) - r, 0.0) / own.speed, SOON)
-                x, y = x + px + here[0], y + py + here[1]
-                obstacles.append((x - t * vx, y - t * vy, r))
-                fixed.append((x, y, r))
-                continue
             x, y, wx, wy = x + px, y + py, wx - vx, wy - vy
             at = (x + here[0], y + here[1], r)
-            if body.kind is BodyKind.MOVER:
+            if stands(body):
+                fixed.append(at)
+                standing.append((x, y, r))
+            elif body.kind is BodyKind.MOVER:
                 early = 1.0 / own.rate  # s, of the filter; 0.4 s more, so that nobody wonders whether it will
                 passed.append((-wx, -wy, [at], early + 0.4))
                 step = r / hypot(*body.velocity[:2])  # s
@@ -176,6 +176,8 @@ class Planner:
                 t = min(max(-(x * cx + y * cy) / square, 0.0), SOON) if square > 0.0 else 0.0
                 if t > 0.0 and hypot(x + t * cx, y + t * cy) < r + BERTH:
                     drones.append((at[0] + t * wx, at[1] + t * wy, r))
+        times = together(standing, [min(max(hypot(x, y) - r, 0.0) / own.speed, SOON) for x, y, r in standing])
+        obstacles += [(x - t * vx, y - t * vy, r) for (x, y, r), t in zip(fixed, times, strict=True)]
         ox, oy = here[0] - motion.stopping[0], here[1] - motion.stopping[1]
         left = [(x + ox, y + oy, r + SPARE) for x, y, r in self._left]
         obstacles += left
@@ -183,35 +185,41 @@ class Planner:
         return obstacles, drones, [(self._steady[0], self._steady[1], fixed, 0.0), *passed]
 
     def _goal(self, here: Corner, motion: Motion, passed: Sequence[Passed], drones: Sequence[Disc], t: float) -> Corner:
-        """Return what to fly to in `t` s, m from the place: itself, beside what it passes, or the nearest free one.
-
-        The side is the one with the shorter way, away from drones; then the drone is on it, and stays there.
-        """
+        """Return what to fly to in `t` s, m from the place: itself, beside what it passes, or the nearest free one."""
         goal, room, fixed = (0.0, 0.0), self._guard.room, list[Disc]()
         ox, oy = motion.stopping[0] - here[0], motion.stopping[1] - here[1]
-        for vx, vy, discs, early in passed:
-            speed = hypot(vx, vy)
-            if speed < AT_REST:
-                fixed += discs
-                continue
-            x, y, along, least = *goal, (vx / speed, vy / speed), inf
-            slope = SIDEWAYS * self._guard.speed / speed
-            if not early:  # a mover is met earlier instead
-                bend = speed * speed * (1.0 + slope * slope) * self._bend
-                discs = [(cx, cy, r - SPARE + min(bend / r, BERTH)) for cx, cy, r in discs]  # noqa: PLW2901
-            for side in (-1.0, 1.0):
-                shift, most = lateral_shift((x + t * vx, y + t * vy), along, discs, side, slope, early * speed)
-                there = (x - side * most * along[1], y + side * most * along[0])
-                cost = most + dist(here, there) + (RIGHT if side > 0.0 else 0.0)
-                for cx, cy, r in drones:
-                    cost += 2.0 * max(r - dist(there, (cx, cy)), 0.0)
-                if cost < least:
-                    goal, least = (x - side * shift * along[1], y + side * shift * along[0]), cost
+        for one in passed:
+            if hypot(one[0], one[1]) < AT_REST:
+                fixed += one[2]
+            else:
+                goal = self._beside(goal, here, one, drones, t)
         place = (goal[0] + ox, goal[1] + oy)
         if is_free(goal, fixed) and room.outside((*place, room.low[2])) <= 0.0:
             return goal
         x, y = nearest_free_place(place, [(x + ox, y + oy, r) for x, y, r in fixed], room) or place
         return (x - ox, y - oy)
+
+    def _beside(self, goal: Corner, here: Corner, passed: Passed, drones: Sequence[Disc], t: float) -> Corner:
+        """Return `goal` beside what it passes, on the side with the shorter way, away from drones; keep that side."""
+        (x, y), (vx, vy, discs, early), least, chosen = goal, passed, inf, 0.0
+        speed = hypot(vx, vy)
+        along, slope = (vx / speed, vy / speed), SIDEWAYS * self._guard.speed / speed
+        if not early:  # a mover is met earlier instead
+            bend = speed * speed * (1.0 + slope * slope) * self._bend
+            discs = [(cx, cy, r - SPARE + min(bend / r, BERTH)) for cx, cy, r in discs]
+        for side in (-1.0, 1.0):
+            shift, most = lateral_shift((x + t * vx, y + t * vy), along, discs, side, slope, early * speed)
+            there = (x - side * most * along[1], y + side * most * along[0])
+            cost = most + dist(here, there) + (RIGHT if side > 0.0 else 0.0)
+            cost += TURN if side == -self._side and not early else 0.0
+            for cx, cy, r in drones:
+                cost += 2.0 * max(r - dist(there, (cx, cy)), 0.0)
+            if cost < least:
+                goal, least = (x - side * shift * along[1], y + side * shift * along[0]), cost
+                chosen = side if most > 0.0 else 0.0
+        if not early:
+            self._side = chosen
+        return goal
 
     def _way(
         self, here: Corner, goal: Corner, obstacles: Sequence[Disc], drones: Sequence[Disc], berth: float
@@ -222,3 +230,11 @@ class Planner:
             for x, y, r in (*obstacles, *drones)
         ]
         return shortest_way(here, goal, [disc for disc in discs if disc[2] > 0.0], AHEAD, RIGHT, self._turn)
+
+
+def together(discs: Sequence[Disc], times: list[float]) -> list[float]:
+    """Return the times of `discs`, of those that touch the first: a gap that is closed stays closed."""
+    pairs = [(i, j) for i, a in enumerate(discs) for j, b in enumerate(discs) if dist(a[:2], b[:2]) < a[2] + b[2]]
+    while (late := next(((i, j) for i, j in pairs if times[i] < times[j]), None)) is not None:
+        times[late[1]] = times[late[0]]
+    return times

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import cos, dist, hypot, inf, pi, sin, sqrt
 
 import pytest
-from flockwire_core.control.around.planner import SPARE, Planner
+from flockwire_core.control.around.planner import SPARE, Planner, together
 from flockwire_core.control.fence import Room
 from flockwire_core.control.free_place import Disc
 from flockwire_core.control.guard import GuardParameters
@@ -126,6 +126,20 @@ def test_the_side_of_the_last_way_is_kept() -> None:
             heights.append(drone.position[1])
         assert max(heights, key=abs) * first < 0.0
         assert min(heights) * max(heights) >= 0.0
+
+
+def test_the_side_on_which_a_place_passes_is_kept() -> None:
+    drone, sides = Drone(1, (-2.0, 0.0, 1.0), (-2.0, 0.0, 1.0), (0.3, 0.0, 0.0)), []
+    for k in range(400):  # its tracker moves the obstacle from one side to the other, five times a second
+        drone.step([(0.0, 0.1 if k // 10 % 2 else -0.1, 0.37)], [], k * DT)
+        sides.append(drone.position[1])
+    assert max(sides) < 0.01
+    assert drone.deviation < 0.8
+
+
+def test_obstacles_that_touch_are_met_at_one_time_and_no_gap_opens_between_them() -> None:
+    row = [(0.0, 0.0, 0.5), (3.0, 0.0, 0.5), (1.8, 0.0, 0.5), (0.9, 0.0, 0.5)]
+    assert together(row, [0.4, 0.9, 0.7, 0.2]) == [0.2, 0.9, 0.2, 0.2]
 
 
 def test_a_ring_of_standing_drones_round_a_free_place_is_passed() -> None:
