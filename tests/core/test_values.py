@@ -15,7 +15,7 @@ from collections.abc import Callable
 
 import pytest
 from build_hook import ROOT, compiled_files
-from flockwire_core.control.formation import Formation, FormationChange, Line
+from flockwire_core.control.formation import Formation, FormationChange, line
 from flockwire_core.control.graph import Graph
 from flockwire_core.control.trajectory import Waypoints
 from flockwire_core.domain.record import Record
@@ -27,7 +27,7 @@ from flockwire_twins.kinematics.core import AirframeConditions
 
 PLAIN = {int: 1, float: 1.5, str: "a", bool: True, bytes: b"a", object: "a", type: float, typing.Any: "a"}
 PLAIN[type(None)] = None
-ROW, FLOWN = Line(2, 1.0, 0.0, 0.5), load_swarm(ROOT / "examples/paper_simulation.toml")
+ROW, FLOWN = line(2, 1.0, 0.0, 0.5), load_swarm(ROOT / "examples/paper_simulation.toml")
 EXAMPLES = {
     Graph: Graph((1, 2), ((0, 1, 1.0), (1, 2, 0.5))),
     Formation: ROW,
@@ -78,6 +78,8 @@ def sample(kind):
         value = len
     elif origin is tuple:
         value = tuple(sample(each) for each in inner if each is not ...)
+    elif origin is frozenset:
+        value = frozenset({sample(inner[0])})
     elif origin in (typing.Union, types.UnionType):
         value = sample(inner[0])
     elif inner:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from math import hypot, inf, sqrt
-from typing import Final, NamedTuple
+from math import inf, sqrt
+from typing import Final
 
 from flockwire_core.control.safety_filter import HalfSpace
-from flockwire_core.domain.vector import Vector
+from flockwire_core.domain.vector import Vector, norm
 
 _COINCIDENT: Final = 1e-9
 _SHIFTED: Final = 0.2  # of A, more than half, for a drone that moves; more pushes one at its place (docs/theory.md)
 
 
-class Approach(NamedTuple):
+class Approach:
     """How fast a drone may approach what it must not reach: it needs the way R(s), m, to brake from the speed s.
 
         R(s) = s / alpha                      for s <= b / alpha
@@ -21,10 +21,12 @@ class Approach(NamedTuple):
     Both branches meet with the same slope. Sampled every dt, R(s) <= gap keeps the gap above 0 while alpha dt <= 1.
     """
 
-    last: Vector  # m/s, the last command
-    speed: float  # m/s, the largest of the next
-    rate: float  # 1/s, alpha
-    braking: float  # m/s^2, the deceleration b
+    def __init__(self, last: Vector, speed: float, rate: float, braking: float) -> None:
+        self.last: Final = last  # m/s, the last command
+        self.pace: Final = norm(last)  # m/s
+        self.speed: Final = max(speed, self.pace)  # m/s, the largest of the next
+        self.rate: Final = rate  # 1/s, alpha
+        self.braking: Final = braking  # m/s^2, the deceleration b
 
     def way(self, speed: float) -> float:
         """Return R(s), m, of the `speed` s, m/s; negative for a drone that leaves."""
@@ -48,7 +50,7 @@ class Approach(NamedTuple):
         """
         x, y, z = normal
         vx, vy, vz = self.last
-        own, speed = -(x * vx + y * vy + z * vz), hypot(vx, vy, vz)
+        own, speed = -(x * vx + y * vy + z * vz), self.pace
         if gap <= 0.0:
             least = closing + min(-self.rate * gap, recovery)
         elif max(speed, own + closing) * self.rate <= self.braking:  # both ways are linear
@@ -59,7 +61,7 @@ class Approach(NamedTuple):
             least = time * own + self.way(own + closing) - self.way(own) - gap - slope * own
             tilt = (self.growth(speed) - time) * own / (speed * speed) if own > 0.0 else 0.0
             x, y, z = slope * x - tilt * vx, slope * y - tilt * vy, slope * z - tilt * vz
-            length = hypot(x, y, z)
+            length = sqrt(x * x + y * y + z * z)
             x, y, z, least = x / length, y / length, z / length, (least - tilt * speed * speed) / length
         return (x, y, z, least) if least > -self.speed else None
 
@@ -100,10 +102,10 @@ def keep_clear(
     to g, and the larger one has who moves. One that does not yield need not be known: it leaves the less.
     """
     z = nearest_on_segment(separation, stopping)
-    distance = hypot(*z)
+    distance = norm(z)
     gap = distance - safety_distance
     if distance < _COINCIDENT:
-        z, distance, gap = separation, max(hypot(*separation), _COINCIDENT), -safety_distance
+        z, distance, gap = separation, max(norm(separation), _COINCIDENT), -safety_distance
     x, y, z_ = normal = (z[0] / distance, z[1] / distance, z[2] / distance)
     vx, vy, vz = velocity
     wx, wy, wz = body_velocity
@@ -111,7 +113,7 @@ def keep_clear(
     space = approach.half_space(normal, gap, closing, recovery)
     if not shared:
         return space
-    own, speed, other = -(x * vx + y * vy + z_ * vz), hypot(vx, vy, vz), hypot(wx, wy, wz)
+    own, speed, other = -(x * vx + y * vy + z_ * vz), norm(velocity), norm(body_velocity)
     needed = own * approach.way(speed) / speed if speed > 0.0 else 0.0
     taken = closing * approach.way(other) / other if other > 0.0 else 0.0
     most = _SHIFTED * max(gap, 0.0)
@@ -135,13 +137,14 @@ def speed_and_acceleration(last: Vector, speed: float, change: float) -> tuple[V
     `speed` is v_max, `change` a dt, both m/s. The ball around v_last ends at the plane in which the two spheres meet (n
     = −v_last / |v_last|); beyond it is only a sliver of the ball of speeds.
     """
-    length = hypot(*last)
+    x, y, z = last
+    length = sqrt(x * x + y * y + z * z)
     if length + change <= speed:
         return last, change, None
     if length <= _COINCIDENT or change >= speed + length:
         return (0.0, 0.0, 0.0), speed, None
     meet = (speed * speed + length * length - change * change) / (2.0 * length)
-    plane = (-last[0] / length, -last[1] / length, -last[2] / length, -meet)
+    plane = (-x / length, -y / length, -z / length, -meet)
     return last, change, plane
 
 

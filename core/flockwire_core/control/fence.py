@@ -80,8 +80,8 @@ class Room(Frozen):
         for k in range(3):
             near, far = min(position[k], stopping[k]), max(position[k], stopping[k])
             x, y, z = float(k == 0), float(k == 1), float(k == 2)
-            found.append(approach.half_space((x, y, z), near - low[k], recovery=recovery))
-            found.append(approach.half_space((-x, -y, -z), self.high[k] - far, recovery=recovery))
+            found.append(approach.half_space((x, y, z), near - low[k], 0.0, recovery))
+            found.append(approach.half_space((-x, -y, -z), self.high[k] - far, 0.0, recovery))
         if self.corners:
             ends = (position[:2], stopping[:2])
             gap, (nx, ny) = min(clearance(self.corners, end) for end in ends)

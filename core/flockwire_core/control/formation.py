@@ -51,99 +51,68 @@ class Circle(Frozen):
 
 
 @dataclass(frozen=True, slots=True)
-class Line(Frozen):
-    """A line through the leader: followers at +1, −1, +2, −2 … times `spacing` (m) along `heading` (rad from X).
+class Turning(Frozen):
+    """A rigid figure round the leader: `places` in its plane (x, y in m, by rank), turned about Z.
 
-    It turns about Z at `rate` rad/s, counter-clockwise from above for rate > 0.
+    Its angle is `heading` + `rate` t, rad, counter-clockwise from above for rate > 0.
     """
 
-    count: int
-    spacing: float
+    places: tuple[tuple[float, float], ...]
     heading: float
     rate: float
 
+    @property
+    def count(self) -> int:
+        """The number of followers."""
+        return len(self.places)
+
     def offset(self, index: int, t: float) -> Vector:
         """Return h_i in m, world axes, at mission time t in s."""
-        return _turned(self._place(index), self.heading + self.rate * t)
+        x, y = self.places[index]
+        angle = self.heading + self.rate * t
+        c, s = cos(angle), sin(angle)
+        return (c * x - s * y, s * x + c * y, 0.0)
 
     def offset_rate(self, index: int, t: float) -> Vector:
         """Return h_i' in m/s, world axes, at mission time t in s."""
-        return _turned_rate(self._place(index), self.heading + self.rate * t, self.rate)
-
-    def _place(self, index: int) -> tuple[float, float]:
-        step = (index // 2 + 1) * self.spacing
-        return (step if index % 2 == 0 else -step, 0.0)
+        x, y, _ = self.offset(index, t)
+        return (-self.rate * y, self.rate * x, 0.0)
 
 
-@dataclass(frozen=True, slots=True)
-class Grid(Frozen):
-    """Rows of `columns` cells, `spacing` m apart, filled from the front (+X) left (+Y); the leader has a middle cell.
+def line(count: int, spacing: float, heading: float, rate: float) -> Turning:
+    """Return a line through the leader: followers at +1, −1, +2, −2 … times `spacing` (m) along `heading` (from X)."""
+    steps = [(index // 2 + 1) * spacing for index in range(count)]
+    return Turning(tuple([(-step if index % 2 else step, 0.0) for index, step in enumerate(steps)]), heading, rate)
 
-    It turns about Z round the leader at `rate` rad/s, counter-clockwise from above for rate > 0.
+
+def grid(count: int, spacing: float, columns: int, rate: float) -> Turning:
+    """Return rows of `columns` cells, `spacing` m apart, filled from the front (+X) left (+Y).
+
+    The leader has a middle cell.
     """
-
-    count: int
-    spacing: float
-    columns: int
-    rate: float
-
-    def offset(self, index: int, t: float) -> Vector:
-        """Return h_i in m, world axes, at mission time t in s."""
-        return _turned(self._place(index), self.rate * t)
-
-    def offset_rate(self, index: int, t: float) -> Vector:
-        """Return h_i' in m/s, world axes, at mission time t in s."""
-        return _turned_rate(self._place(index), self.rate * t, self.rate)
-
-    def _place(self, index: int) -> tuple[float, float]:
-        columns = min(self.columns, self.count + 1)
-        last_row = self.count // columns
-        # Every row but the last is full, so this cell is within the grid.
-        leader_row, leader_column = last_row // 2, columns // 2
-        row, column = divmod(index + (index >= leader_row * columns + leader_column), columns)
-        return ((leader_row - row) * self.spacing, (leader_column - column) * self.spacing)
+    columns = min(columns, count + 1)
+    last_row = count // columns
+    # Every row but the last is full, so this cell is within the grid.
+    leader_row, leader_column = last_row // 2, columns // 2
+    leader = leader_row * columns + leader_column
+    cells = [divmod(index + (index >= leader), columns) for index in range(count)]
+    places = [((leader_row - row) * spacing, (leader_column - column) * spacing) for row, column in cells]
+    return Turning(tuple(places), 0.0, rate)
 
 
-@dataclass(frozen=True, slots=True)
-class Polygon(Frozen):
-    """A regular polygon round the leader, followers evenly spread along its perimeter from a corner on +X.
+def polygon(count: int, sides: int, radius: float, rate: float) -> Turning:
+    """Return a regular polygon, followers evenly spread along its perimeter from a corner on +X, counter-clockwise.
 
-    `sides` >= 3 and the circumscribed circle's `radius` in m. It turns about Z at `rate` rad/s, counter-clockwise from
-    above for rate > 0, which is also the order of the ranks.
+    `sides` >= 3 and the circumscribed circle's `radius` in m.
     """
-
-    count: int
-    sides: int
-    radius: float
-    rate: float
-
-    def offset(self, index: int, t: float) -> Vector:
-        """Return h_i in m, world axes, at mission time t in s."""
-        return _turned(self._place(index), self.rate * t)
-
-    def offset_rate(self, index: int, t: float) -> Vector:
-        """Return h_i' in m/s, world axes, at mission time t in s."""
-        return _turned_rate(self._place(index), self.rate * t, self.rate)
-
-    def _place(self, index: int) -> tuple[float, float]:
-        corner, remainder = divmod(index * self.sides, self.count)
-        share = remainder / self.count
-        start, end = corner * 2 * pi / self.sides, (corner + 1) * 2 * pi / self.sides
-        return (
-            self.radius * ((1 - share) * cos(start) + share * cos(end)),
-            self.radius * ((1 - share) * sin(start) + share * sin(end)),
-        )
-
-
-def _turned(place: tuple[float, float], angle: float) -> Vector:
-    x, y = place
-    c, s = cos(angle), sin(angle)
-    return (c * x - s * y, s * x + c * y, 0.0)
-
-
-def _turned_rate(place: tuple[float, float], angle: float, rate: float) -> Vector:
-    x, y, _ = _turned(place, angle)
-    return (-rate * y, rate * x, 0.0)
+    places = list[tuple[float, float]]()
+    for index in range(count):
+        corner, remainder = divmod(index * sides, count)
+        share = remainder / count
+        start, end = corner * 2 * pi / sides, (corner + 1) * 2 * pi / sides
+        x, y = (1 - share) * cos(start) + share * cos(end), (1 - share) * sin(start) + share * sin(end)
+        places.append((radius * x, radius * y))
+    return Turning(tuple(places), 0.0, rate)
 
 
 def blend(s: float) -> float:

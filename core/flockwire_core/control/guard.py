@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import dist, inf
-from typing import Final, NamedTuple
+from dataclasses import dataclass
+from math import inf
+from typing import Final
 
 from flockwire_core.control.barrier import Approach, keep_clear, sight_speed, speed_and_acceleration
 from flockwire_core.control.fence import Room
@@ -12,8 +13,9 @@ from flockwire_core.control.safety_filter import HalfSpace, nearest_velocity
 from flockwire_core.control.tracker import BodyTracks, VelocityTracker
 from flockwire_core.domain.body import Body, BodyKind, Separation
 from flockwire_core.domain.motion import Motion
+from flockwire_core.domain.record import Frozen
 from flockwire_core.domain.time import SECOND
-from flockwire_core.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
+from flockwire_core.domain.vector import ZERO, Vector, add, distance, limit, norm, scale, subtract
 
 BODY_TIME_CONSTANT = 0.05  # s, of the trackers of nearby bodies
 UNSEEN: Final = 0.004  # m of distance that others may not see, as they expect another stopping way; else both count
@@ -27,14 +29,15 @@ _FLIGHT: Final = 3  # what they ask beyond that
 BARRIER_PERIODS: Final = 4.5  # besides lag and dead time, of the delay of others' reactions (docs/theory.md, section 5)
 
 
-class GuardParameters(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class GuardParameters(Frozen):
     """The parameters of one drone's safety filter."""
 
     separation: Separation
     room: Room
     floor: float  # m
     speed: float  # m/s, at most
-    vertical_speed: float  # m/s, speed out of an obstacle that has grown around it, and back inside as it lands
+    vertical_speed: float  # m/s, out of an obstacle that has grown around it, and as it lands
     acceleration: float  # m/s^2, of commands
     barrier_rate: float  # 1/s, alpha at most
     slowness: float  # s, lag and dead time of the airframe
@@ -70,7 +73,8 @@ class Guard:
         self._tracks = BodyTracks(BODY_TIME_CONSTANT)
         self._own: VelocityTracker | None = None  # as late as the others are: both of two see the same velocities
         self._epoch = 0  # Unix ns, time 0 of the tracks
-        drone, obstacle = parameters.separation
+        kept = parameters.separation
+        drone, obstacle = kept.drone, kept.obstacle
         descent = parameters.vertical_speed
         # separation, m, rank and speed of recovery, m/s, by BodyKind
         self._asked = ((drone, _FIXED, inf), (obstacle, _FIXED, descent), (obstacle, _MOVER, inf))
@@ -104,7 +108,7 @@ class Guard:
             floor, recovery = own.room.low[2], own.vertical_speed  # a landing flies back no faster than it descends
             lowest = min(-own.vertical_speed - TOUCHING, last[2] + change)
         seen = limit(wanted, own.sight_speed(max(now - stamp, 0) / SECOND))
-        approach = Approach(last, max(speed, norm(last)), self._rate, own.acceleration)
+        approach = Approach(last, speed, self._rate, own.acceleration)
         spaces, ranks = self._bodies(motion, bodies, (now - stamp) / SECOND, approach)
         spaces += own.room.half_spaces(motion.position, motion.stopping, floor, approach, recovery)
         if grounding:  # the ground may be nearer than the pose has it
@@ -147,7 +151,7 @@ class Guard:
         horizon = STOPPING_DISTANCE_FACTOR * self._parameters.slowness + age
         tracked = self._own.velocity if self._own is not None else ZERO
         own, seen = self._stopping(motion, scale(tracked, horizon))
-        alone, both, apart = [own], [own, seen], dist(own, seen)
+        alone, both, apart = [own], [own, seen], distance(own, seen)
         spaces: list[HalfSpace] = []
         ranks: list[int] = []
         for place, body in enumerate(bodies):
@@ -155,10 +159,10 @@ class Guard:
             vx, vy, vz = body.velocity
             velocity = ZERO if self._tracks.is_new(place) else tracked  # nor has the body seen for the first time one
             drone = body.kind is BodyKind.DRONE
-            distance, rank, recovery = self._asked[body.kind]
+            reach, rank, recovery = self._asked[body.kind]
             upright = False
             if not drone:
-                distance += body.radius
+                reach += body.radius
                 upright = z == 0.0
             if upright:  # beside such a cylinder no height matters, nor its rate
                 vz = 0.0
@@ -167,7 +171,7 @@ class Guard:
             for sx, sy, sz in both if unseen else alone:
                 rise = 0.0 if upright else sz
                 stopping = (sx - x - horizon * vx, sy - y - horizon * vy, rise - z - horizon * vz)
-                space = keep_clear((-x, -y, -z), stopping, velocity, (vx, vy, vz), drone, distance, approach, recovery)
+                space = keep_clear((-x, -y, -z), stopping, velocity, (vx, vy, vz), drone, reach, approach, recovery)
                 if space is None:
                     continue
                 if yields:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import hypot, sqrt
+from math import sqrt
 from typing import Final
 
 from flockwire_core.domain.vector import ZERO, Vector
@@ -66,11 +66,12 @@ def _solve(goal: Vector, ahead: bool, planes: Sequence[HalfSpace], radius: float
 
 
 def _clip(goal: Vector, radius: float, ahead: bool) -> Vector:
-    length = hypot(*goal)
+    x, y, z = goal
+    length = sqrt(x * x + y * y + z * z)
     if length == 0.0 or (length <= radius and not ahead):
         return goal
     factor = radius / length
-    return (goal[0] * factor, goal[1] * factor, goal[2] * factor)
+    return (x * factor, y * factor, z * factor)
 
 
 def _on_plane(goal: Vector, ahead: bool, planes: Sequence[HalfSpace], i: int, radius: float) -> Vector | None:
@@ -81,7 +82,7 @@ def _on_plane(goal: Vector, ahead: bool, planes: Sequence[HalfSpace], i: int, ra
         return None
     across = nx * goal[0] + ny * goal[1] + nz * goal[2]
     gx, gy, gz = goal[0] - across * nx, goal[1] - across * ny, goal[2] - across * nz
-    length, disc = hypot(gx, gy, gz), sqrt(square)
+    length, disc = sqrt(gx * gx + gy * gy + gz * gz), sqrt(square)
     if length > disc or (ahead and length > _PARALLEL):
         factor = disc / length
         gx, gy, gz = gx * factor, gy * factor, gz * factor
@@ -103,7 +104,7 @@ def _on_line(goal: Vector, ahead: bool, planes: Sequence[HalfSpace], i: int, j: 
     ax, ay, az, a = planes[i]
     bx, by, bz, b = planes[j]
     dx, dy, dz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-    sine = hypot(dx, dy, dz)
+    sine = sqrt(dx * dx + dy * dy + dz * dz)
     if sine < _PARALLEL:
         return None
     dx, dy, dz = dx / sine, dy / sine, dz / sine
@@ -149,7 +150,7 @@ def _least_violation(planes: Sequence[HalfSpace], kept: list[HalfSpace], radius:
         bisectors = kept.copy()
         for ox, oy, oz, c in planes[:i]:
             mx, my, mz = ox - x, oy - y, oz - z
-            length = hypot(mx, my, mz)
+            length = sqrt(mx * mx + my * my + mz * mz)
             if length > _PARALLEL:
                 bisectors.append((mx / length, my / length, mz / length, (c - b) / length))
         found, failed = _solve((x, y, z), True, bisectors, radius)

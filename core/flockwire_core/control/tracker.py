@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import dist, exp
+from math import exp
 from typing import Final
 
-from flockwire_core.domain.vector import ZERO, Vector
+from flockwire_core.domain.vector import ZERO, Vector, distance
 
 GATE: Final = 0.3  # m: a body farther than this from the prediction of every known one is new
 
@@ -127,10 +127,10 @@ class BodyTracks:
         free = set(range(len(predicted)))
         tracks: list[VelocityTracker] = []
         for place, position in enumerate(positions):
-            best = place if place in free and dist(predicted[place], position) < 0.1 * GATE else None
+            best = place if place in free and distance(predicted[place], position) < 0.1 * GATE else None
             if best is None:
-                best = min(free, key=lambda k: dist(predicted[k], position), default=None)
-                if best is not None and dist(predicted[best], position) > GATE:
+                best = min(free, key=lambda k: distance(predicted[k], position), default=None)
+                if best is not None and distance(predicted[best], position) > GATE:
                     best = None
             if best is None:
                 tracks.append(VelocityTracker(self._time_constant, position, stamp))

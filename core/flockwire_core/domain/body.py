@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import IntEnum
 from math import hypot
-from typing import Final, NamedTuple
+from typing import Final
 
 from flockwire_core.compiling import mypyc_attr
-from flockwire_core.domain.record import Record
+from flockwire_core.domain.record import Frozen, Record
 from flockwire_core.domain.vector import ZERO, Vector, norm, scale
 
 AT_REST: Final = 0.1  # m/s, the speed of a person who stands, with the tracker's noise
@@ -57,7 +58,8 @@ class Nearby(Record):
         self.bodies: Final = bodies
 
 
-class Separation(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Separation(Frozen):
     """The distances to keep, m: between the centres of two drones, and from the surface of any other body."""
 
     drone: float

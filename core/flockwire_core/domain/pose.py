@@ -6,11 +6,9 @@ from math import atan2, pi
 from typing import Final
 
 from flockwire_core.compiling import mypyc_attr
-from flockwire_core.domain.quaternion import Quaternion
+from flockwire_core.domain.quaternion import LEVEL, Quaternion
 from flockwire_core.domain.record import Record
 from flockwire_core.domain.vector import Vector
-
-LEVEL: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
 
 @mypyc_attr(acyclic=True)

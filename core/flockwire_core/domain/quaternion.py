@@ -6,7 +6,7 @@ from flockwire_core.domain.vector import Vector
 
 Quaternion = tuple[float, float, float, float]  # x, y, z, w
 
-IDENTITY: Quaternion = (0.0, 0.0, 0.0, 1.0)
+LEVEL: Quaternion = (0.0, 0.0, 0.0, 1.0)  # no rotation
 
 
 def product(a: Quaternion, b: Quaternion) -> Quaternion:

@@ -119,6 +119,6 @@ def placed(estimates: list[Heard], leader: int | None) -> dict[int, Vector]:
     positions: dict[int, Vector] = {}
     for one in estimates:
         motion: LeaderMotion = one.content
-        t, (x, y, z), (vx, vy, vz) = (at - one.stamp) / SECOND, motion.position, motion.velocity
-        positions[one.number] = (x + t * vx, y + t * vy, z + t * vz)
+        t, x, v = (at - one.stamp) / SECOND, motion.position, motion.velocity
+        positions[one.number] = (x[0] + t * v[0], x[1] + t * v[1], x[2] + t * v[2])
     return positions

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import exp
 
-from flockwire_core.domain.vector import ZERO, Vector
+from flockwire_core.domain.vector import ZERO, Vector, add, scale
 from flockwire_core.law import Information, Output, Sense
 from flockwire_core.parameters import PilotParameters
 from flockwire_core.pilot.pilot import Pilot
@@ -33,8 +33,7 @@ class AccelerationInput:
     def velocity(self, acceleration: Vector) -> Vector:
         """Return the velocity command, m/s, that gives `acceleration` (m/s^2) during the next period."""
         gain = self._period / self._share(self._period)
-        (x, y, z), (ax, ay, az) = self._reached, acceleration
-        return (x + gain * ax, y + gain * ay, z + gain * az)
+        return add(self._reached, scale(acceleration, gain))
 
     def _share(self, dt: float) -> float:
         return 1.0 - exp(-dt / self._lag) if self._lag > 0.0 else 1.0

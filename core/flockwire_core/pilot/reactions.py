@@ -6,9 +6,11 @@ reaction is a row; a new input is a name of INPUTS and its value in `Pilot`. doc
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from operator import attrgetter
 from typing import Final
 
+from flockwire_core.domain.record import Frozen
 from flockwire_core.pilot.transitions import PHASES
 from flockwire_core.swarm.model import uav
 from flockwire_core.swarm.tables import Limits
@@ -63,29 +65,25 @@ TAKEOFF: Final = frozenset({Phase.TAKEOFF})
 LANDING: Final = frozenset({Phase.LANDING})
 
 
-class Row:
+@dataclass(frozen=True, slots=True)
+class Row(Frozen):
     """One row: `reaction`, in any of `phases`, while `input` is above `limit` (`below`: below it).
 
     `limit` is a number, or the name of one in [limits]. `text` is the reason in the status: `{value}` is that of the
     input, `{limit}` the limit's, `{failure}`, `{missing}`, `{news}` and `{driver}` are those of Reactions.
     """
 
-    def __init__(
-        self,
-        reaction: str,
-        name: str,
-        limit: float | str,
-        text: str = "",
-        phases: frozenset[Phase] = EVERY,
-        below: bool = False,
-    ) -> None:
-        self.reaction: Final = reaction
-        self.input: Final = name
-        self.limit: Final = limit
-        self.text: Final = text
-        self.phases: Final = phases
-        self.below: Final = below
-        self.code: Final = f"{name}: {reaction}"
+    reaction: str
+    input: str
+    limit: float | str
+    text: str = ""
+    phases: frozenset[Phase] = EVERY
+    below: bool = False
+
+    @property
+    def code(self) -> str:
+        """The code of the reason in the status."""
+        return f"{self.input}: {self.reaction}"
 
 
 TABLE: Final = (

@@ -1,7 +1,7 @@
 from math import cos, pi, sin
 
 import pytest
-from flockwire_core.control.formation import Circle, Grid, Line, Polygon
+from flockwire_core.control.formation import Circle, grid, line, polygon
 from flockwire_core.domain.vector import distance, norm, scale, subtract
 from hypothesis import given
 from hypothesis import strategies as st
@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 lengths, rates, counts = st.floats(0.1, 10.0), st.floats(-2.0, 2.0), st.integers(1, 40)
 formations = st.one_of(
     st.builds(Circle, counts, lengths, rates),
-    st.builds(Line, counts, lengths, st.floats(-pi, pi), rates),
-    st.builds(Grid, counts, lengths, st.integers(1, 12), rates),
-    st.builds(Polygon, counts, st.integers(3, 8), lengths, rates),
+    st.builds(line, counts, lengths, st.floats(-pi, pi), rates),
+    st.builds(grid, counts, lengths, st.integers(1, 12), rates),
+    st.builds(polygon, counts, st.integers(3, 8), lengths, rates),
 )
 
 
@@ -38,30 +38,30 @@ def test_circle_is_the_papers():
 
 
 def test_line_alternates_round_the_leader():
-    line = Line(count=5, spacing=0.5, heading=pi / 2, rate=0.0)
-    assert [line.offset(index, 9.0)[1] for index in range(5)] == pytest.approx([0.5, -0.5, 1.0, -1.0, 1.5])
+    shape = line(count=5, spacing=0.5, heading=pi / 2, rate=0.0)
+    assert [shape.offset(index, 9.0)[1] for index in range(5)] == pytest.approx([0.5, -0.5, 1.0, -1.0, 1.5])
 
 
 def test_grid_surrounds_the_leader_from_front_left():
-    grid = Grid(count=8, spacing=1.0, columns=3, rate=0.0)
-    assert [grid.offset(index, 0.0)[:2] for index in range(8)] == [
+    shape = grid(count=8, spacing=1.0, columns=3, rate=0.0)
+    assert [shape.offset(index, 0.0)[:2] for index in range(8)] == [
         (1.0, 1.0), (1.0, 0.0), (1.0, -1.0), (0.0, 1.0), (0.0, -1.0), (-1.0, 1.0), (-1.0, 0.0), (-1.0, -1.0),
     ]  # fmt: skip
 
 
 def test_a_grid_of_one_row_is_centred_on_the_leader():
-    grid = Grid(count=4, spacing=1.0, columns=100, rate=0.0)
-    assert [grid.offset(index, 0.0)[1] for index in range(4)] == [2.0, 1.0, -1.0, -2.0]
+    shape = grid(count=4, spacing=1.0, columns=100, rate=0.0)
+    assert [shape.offset(index, 0.0)[1] for index in range(4)] == [2.0, 1.0, -1.0, -2.0]
 
 
 def test_polygon_puts_as_many_followers_as_sides_on_the_corners_and_twice_as_many_on_edge_centres_too():
-    assert all(norm(Polygon(5, 5, 2.0, 0.1).offset(index, 4.0)) == pytest.approx(2.0) for index in range(5))
-    square = Polygon(8, 4, 1.0, 0.0)
+    assert all(norm(polygon(5, 5, 2.0, 0.1).offset(index, 4.0)) == pytest.approx(2.0) for index in range(5))
+    square = polygon(8, 4, 1.0, 0.0)
     assert square.offset(1, 0.0) == pytest.approx((0.5, 0.5, 0.0))
     assert square.offset(2, 0.0) == pytest.approx((0.0, 1.0, 0.0), abs=1e-12)
 
 
 def test_the_kinds_that_turn_do_so_counter_clockwise_for_a_positive_rate():
-    for formation in (Line(4, 1.0, 0.0, pi), Grid(4, 1.0, 3, pi), Polygon(4, 4, 1.0, pi)):
+    for formation in (line(4, 1.0, 0.0, pi), grid(4, 1.0, 3, pi), polygon(4, 4, 1.0, pi)):
         (x, y, _), (later_x, later_y, _) = formation.offset(0, 0.0), formation.offset(0, 0.5)
         assert (later_x, later_y) == pytest.approx((-y, x), abs=1e-12)

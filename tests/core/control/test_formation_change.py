@@ -3,7 +3,7 @@ from math import pi
 import numpy as np
 import pytest
 from flockwire_core.control.assignment import assignment
-from flockwire_core.control.formation import Circle, FormationChange, Grid, Line, blend, blend_rate
+from flockwire_core.control.formation import Circle, FormationChange, blend, blend_rate, grid, line
 from flockwire_core.domain.vector import distance, scale, subtract
 from hypothesis import given
 from hypothesis import strategies as st
@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 COUNT = 6
 shapes = st.one_of(
     st.builds(Circle, st.just(COUNT), st.floats(1.0, 4.0), st.floats(-1.0, 1.0)),
-    st.builds(Line, st.just(COUNT), st.floats(0.5, 2.0), st.floats(-pi, pi), st.floats(-0.5, 0.5)),
-    st.builds(Grid, st.just(COUNT), st.floats(0.5, 2.0), st.integers(1, 4), st.floats(-0.5, 0.5)),
+    st.builds(line, st.just(COUNT), st.floats(0.5, 2.0), st.floats(-pi, pi), st.floats(-0.5, 0.5)),
+    st.builds(grid, st.just(COUNT), st.floats(0.5, 2.0), st.integers(1, 4), st.floats(-0.5, 0.5)),
 )
 ranks = st.permutations(range(COUNT)).map(tuple)
 changes = st.builds(FormationChange, shapes, ranks, shapes, ranks, st.floats(0.0, 50.0), st.floats(0.5, 20.0))

@@ -1,5 +1,6 @@
 """The safety filter by itself; tests/agent/test_safety_clauses.py flies each of its clauses."""
 
+from dataclasses import replace
 from math import dist, exp, hypot
 
 import pytest
@@ -135,9 +136,9 @@ def parameters(make_swarm):
 
 
 def test_it_is_no_faster_than_its_sight_lets_two_stop(parameters):
-    short = parameters._replace(speed=9.0, sight=1.5)
+    short = replace(parameters, speed=9.0, sight=1.5)
     assert short.fastest == short.sight_speed(0.0) < 3.0
-    assert parameters._replace(speed=0.5).fastest == 0.5
+    assert replace(parameters, speed=0.5).fastest == 0.5
 
 
 def test_old_sightings_slow_it(parameters):
@@ -265,7 +266,7 @@ def test_where_only_the_acceleration_forbids_it_goes_straight_to_what_satisfies_
 def test_of_two_that_slip_past_each_other_neither_counts_on_what_the_other_has_not_seen(make_swarm):
     """One above the other, each bang-bang to the other side: 0.419 m with nothing violated."""
     swarm = make_swarm({"control.law": "extended", "limits.fence": {"min": [-9.0, -9.0, -9.0], "max": [9.0, 9.0, 9.0]}})
-    parameters = guard_parameters(swarm, 1)._replace(slowness=0.35, speed=1.05, floor=-8.0)
+    parameters = replace(guard_parameters(swarm, 1), slowness=0.35, speed=1.05, floor=-8.0)
     nearest, period, across, push = 9.0, 0.57, 0.58, 1.6
     pair = [Slow((0.0, 0.0, 0.0), parameters), Slow((0.05, 0.0, 0.6), parameters)]
     for step in range(1, 400):

@@ -1,10 +1,11 @@
 from itertools import combinations
+from math import dist
 
 import pytest
-from flockwire_core.control.formation import Circle, Grid, Line
+from flockwire_core.control.formation import Circle, grid, line
 from flockwire_core.control.key_frames import KeyFrames
 from flockwire_core.control.survey import survey
-from flockwire_core.domain.vector import distance, norm
+from flockwire_core.domain.vector import norm
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -22,7 +23,7 @@ def test_a_circle():
 
 
 def test_a_single_follower_has_no_pair():
-    result = survey(Line(count=1, spacing=0.5, heading=0.0, rate=0.0), horizon=1.0, samples=1)
+    result = survey(line(count=1, spacing=0.5, heading=0.0, rate=0.0), horizon=1.0, samples=1)
     assert result.min_distance == float("inf")
     assert result.min_distance_leader == 0.5
 
@@ -35,17 +36,17 @@ def test_the_sweep_finds_the_nearest_pair_of_all(starts, data):
     formation = KeyFrames(((0.0, 1.0),) * len(tracks), tuple(tracks))
     sampled = [[formation.offset(i, k / 4) for i in range(formation.count)] for k in range(5)]
     result = survey(formation, horizon=1.0, samples=5)
-    assert result.min_distance == min(distance(a, b) for points in sampled for a, b in combinations(points, 2))
+    assert result.min_distance == min(dist(a, b) for points in sampled for a, b in combinations(points, 2))
     assert result.min_distance_leader == min(norm(point) for points in sampled for point in points)
 
 
 @pytest.mark.parametrize("heading", [0.0, 0.8, 1.5707963267948966])
 def test_two_hundred_drones_in_a_line_are_swept_along_it(heading):
-    result = survey(Line(count=200, spacing=0.7, heading=heading, rate=0.0), horizon=10.0, samples=20)
+    result = survey(line(count=200, spacing=0.7, heading=heading, rate=0.0), horizon=10.0, samples=20)
     assert result.min_distance == pytest.approx(0.7)
 
 
 def test_two_hundred_drones_in_a_turning_grid():
-    result = survey(Grid(count=200, spacing=1.0, columns=14, rate=0.3), horizon=10.0, samples=50)
+    result = survey(grid(count=200, spacing=1.0, columns=14, rate=0.3), horizon=10.0, samples=50)
     assert result.min_distance == pytest.approx(1.0)
     assert result.min_distance_leader == pytest.approx(1.0)

@@ -3,7 +3,8 @@
 from math import cos, pi, sin
 
 import pytest
-from flockwire_core.domain.pose import LEVEL, wrapped, yaw_of
+from flockwire_core.domain.pose import wrapped, yaw_of
+from flockwire_core.domain.quaternion import LEVEL
 from hypothesis import given
 from hypothesis import strategies as st
 

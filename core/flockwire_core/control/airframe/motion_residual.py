@@ -23,11 +23,11 @@ from __future__ import annotations
 
 from collections import deque
 from itertools import pairwise
-from math import dist, hypot
+from math import sqrt
 from typing import Final, NamedTuple
 
 from flockwire_core.domain.motion import Motion
-from flockwire_core.domain.vector import Vector
+from flockwire_core.domain.vector import Vector, add, distance, norm, scale, subtract
 
 WINDOW: Final = 2.0  # s
 GAIN_ERROR: Final = 0.3
@@ -84,15 +84,15 @@ class MotionResidual:
             return False
         elapsed = moved[end].at - moved[first].at
         since = _beside(moved[first], moved[end], _rate(moved[first], moved[first + 1]))
-        if hypot(*since) > UNMOVED + 0.02 * elapsed:  # m/s of commands that an airframe may not obey
+        if norm(since) > UNMOVED + 0.02 * elapsed:  # m/s of commands that an airframe may not obey
             return True
         if first < 2 or not self._was_steady(moved[:first]):
             return False
         before, after = moved[first - 2], moved[first - 1]
-        (x0, y0, z0), (x, y, z), dt = before.motion.position, after.motion.position, after.at - before.at
-        dx, dy, dz = _beside(moved[first], moved[end], _rate(before, after))
-        goes_on = hypot(dx + elapsed * (x - x0) / dt, dy + elapsed * (y - y0) / dt, dz + elapsed * (z - z0) / dt)
-        return goes_on > UNMOVED + 0.2 * elapsed + GAIN_ERROR * hypot(dx, dy, dz)  # m/s that steady commands may lose
+        speed = scale(subtract(after.motion.position, before.motion.position), 1.0 / (after.at - before.at))
+        less = _beside(moved[first], moved[end], _rate(before, after))
+        goes_on = norm(add(less, scale(speed, elapsed)))
+        return goes_on > UNMOVED + 0.2 * elapsed + GAIN_ERROR * norm(less)  # m/s that steady commands may lose
 
     def _was_steady(self, moved: list[Moved]) -> bool:
         """Return whether the commands did not change, for as long as the drone takes to show them."""
@@ -100,7 +100,7 @@ class MotionResidual:
         # s, between two updates
         rates = [_rate(a, b) for a, b in pairwise(moved) if a.at > now.at - self._shows_after - 0.1]
         # m/s of commands that count as steady
-        return all(dist(rate, steady) <= 0.1 + GAIN_ERROR * hypot(*steady) for rate in rates)
+        return all(distance(rate, steady) <= 0.1 + GAIN_ERROR * norm(steady) for rate in rates)
 
     def rise(self, motion: Motion, height: float, age: float, now: float) -> float:
         """Return how far, m, the body rose or sank apart from the airframe; 0 while it can be the drone's.
@@ -115,22 +115,21 @@ class MotionResidual:
         return step if step > 0.8 else 0.0  # m
 
     def _apart(self, before: Moved, after: Moved) -> float:
-        elapsed, (x0, y0, _), (x, y, _) = after.at - before.at, before.motion.stopping, after.motion.stopping
+        elapsed, was, now = after.at - before.at, before.motion, after.motion
         ux, uy = after.travelled[0] - before.travelled[0], after.travelled[1] - before.travelled[1]
-        (vx, vy, _), (wx, wy, _) = before.motion.velocity, after.motion.velocity
-        slow = LAG_ERROR * self._slowness * hypot(wx - vx, wy - vy)
-        residual = hypot(x - x0 - ux, y - y0 - uy)
-        most = 0.4 + self._drift * elapsed + GAIN_ERROR * hypot(ux, uy) + slow  # m
+        vx, vy = now.velocity[0] - was.velocity[0], now.velocity[1] - was.velocity[1]
+        x, y = now.stopping[0] - was.stopping[0] - ux, now.stopping[1] - was.stopping[1] - uy
+        slow = LAG_ERROR * self._slowness * sqrt(vx * vx + vy * vy)
+        residual = sqrt(x * x + y * y)
+        most = 0.4 + self._drift * elapsed + GAIN_ERROR * sqrt(ux * ux + uy * uy) + slow  # m
         return residual / elapsed if residual > most else 0.0
 
 
 def _rate(before: Moved, after: Moved) -> Vector:
     """Return the mean command between two times, m/s."""
-    dt, (x0, y0, z0), (x, y, z) = after.at - before.at, before.travelled, after.travelled
-    return ((x - x0) / dt, (y - y0) / dt, (z - z0) / dt)
+    return scale(subtract(after.travelled, before.travelled), 1.0 / (after.at - before.at))
 
 
 def _beside(before: Moved, after: Moved, rate: Vector) -> Vector:
     """Return the integral of the commands between two times less a constant `rate` (m/s), m."""
-    dt, (x0, y0, z0), (x, y, z) = after.at - before.at, before.travelled, after.travelled
-    return (x - x0 - dt * rate[0], y - y0 - dt * rate[1], z - z0 - dt * rate[2])
+    return subtract(subtract(after.travelled, before.travelled), scale(rate, after.at - before.at))
