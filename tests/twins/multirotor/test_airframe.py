@@ -158,6 +158,15 @@ def test_tilt_and_thrust_are_bounded_and_counted(rotors):
     assert max((b[1][2] - a[1][2]) * 100 for a, b in pairwise(climbed)) < 6.0
 
 
+@every
+def test_who_climbs_by_all_its_thrust_still_turns_aside(model, rotors):
+    flight = Flight(model, rotors)
+    flight.fly((1.5, 0.0, -1.0), 0.8)
+    flight.fly((-1.5, 0.0, 5.0), 1.0)
+    assert "limit of thrust" in flight.body.remark
+    assert flight.body.velocity[0] < -1.0
+
+
 def test_a_battery_that_sags_limits_the_climb_and_empties_by_power():
     full, weak = Flight(), Flight(sag_empty=0.15)
     assert 0.98 < full.body.battery < 1.0

@@ -1,20 +1,16 @@
 """The dynamics against the public model's equations, integrated here by another rule with a step of 0.1 ms."""
 
-import tomllib
 from math import pi
-from pathlib import Path
 
-import flockwire_twins.multirotor as package
 import numpy as np
 import pytest
-from flockwire_core.domain.pose import LEVEL
-from flockwire_core.domain.quaternion import rotate
+from flockwire_core.domain.quaternion import LEVEL, rotate
 from flockwire_twins.multirotor import fitted
 from flockwire_twins.multirotor.fitted import FittedVehicle
 from flockwire_twins.multirotor.parameters import Parameters
 from flockwire_twins.multirotor.rotors import RotorVehicle
+from flockwire_twins.multirotor.swarm_file import MODELS
 
-MODELS = tomllib.loads(Path(package.__file__).with_name("models.toml").read_text())
 DT, FINE = 0.002, 20
 CALM, EVERY = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0, 1.0)
 MIX = np.array([(-1, -1, 1, 1), (-1, 1, 1, -1), (-1, 1, -1, 1)], dtype=float)
@@ -101,7 +97,7 @@ def test_the_model_with_rotors_is_the_public_one_with_the_momentum_of_its_propel
     hover = (np.sqrt(p1 * p1 + p2 * m * 9.81) - p1) / (2 * p2)
     propeller, damping = r["propeller_kg_m2"] * 2 * pi / 60, r.get("damping_n_m_s", 0.0)
     speeds = (hover,) * 4
-    state = ((0.0, 0.0, 1.0), CALM, CALM, LEVEL, model.momentum(LEVEL, CALM, speeds), speeds)
+    state = ((0.0, 0.0, 1.0), CALM, CALM, LEVEL, CALM, speeds)  # equal rotors: L = 0
     known = np.array([0, 0, 1, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, *speeds], dtype=float)
 
     def derivative(s):
@@ -136,14 +132,14 @@ def test_the_model_with_rotors_is_the_public_one_with_the_momentum_of_its_propel
 def test_in_free_fall_energy_and_angular_momentum_stay(name, omega):
     model = rotor_model(name, drag=(0.0, 0.0), propeller_kg_m2=35e-9, damping_n_m_s=0.0)
     inertia, mass = np.array(MODELS[name]["rotors"]["inertia_kg_m2"]), MODELS[name]["mass_kg"]
-    speeds = (15e3, 18e3, 15e3, 18e3)
-    whole = model.momentum(LEVEL, omega, speeds)
+    speeds, propeller = (15e3, 18e3, 15e3, 18e3), 35e-9 * 2 * pi / 60
+    whole = tuple(inertia * omega - (0, 0, propeller * (MIX[2] @ speeds)))
     state = ((0.0, 0.0, 1.0), (1.0, 0.5, 2.0), (0.0, 0.0, -9.81), LEVEL, whole, speeds)
 
     def conserved(s):
         position, velocity, _, q, whole, turning = s
         spun = np.array(model.rates(q, whole, turning))
-        h = -35e-9 * 2 * pi / 60 * (MIX[2] @ turning)
+        h = -propeller * (MIX[2] @ turning)
         momentum = np.array(rotate(q, tuple(inertia * spun + (0, 0, h))))
         level = 0.5 * mass * np.dot(velocity, velocity) + mass * 9.81 * position[2]
         return momentum, 0.5 * inertia @ (spun * spun), level

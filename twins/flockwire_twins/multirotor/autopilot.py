@@ -49,7 +49,10 @@ class RotorLoop:
         `omega` its rates (rad/s, body), `acting` J^-1 tau_now, `now` w, `voltage` the share of full.
         """
         bx, by, _ = rotate(conjugate(q), up)
-        share, dt, (px, py, pz), (x, y, z), (dx, dy, dz) = self._share, self._dt, self._rates, omega, self._disturbance
+        share, dt = self._share, self._dt
+        px, py, pz = self._rates
+        x, y, z = omega
+        dx, dy, dz = self._disturbance
         dx += share * ((x - px) / dt - acting[0] - dx)
         dy += share * ((y - py) / dt - acting[1] - dy)
         dz += share * ((z - pz) / dt - acting[2] - dz)

@@ -13,10 +13,10 @@ from __future__ import annotations
 from math import asin, atan2, cos, exp, sin
 
 from flockwire_core.domain.quaternion import Quaternion
-from flockwire_core.domain.vector import ZERO, Vector, scale
+from flockwire_core.domain.vector import ZERO, Vector, norm, scale
 
 from flockwire_twins.multirotor.parameters import Fitted, Parameters
-from flockwire_twins.multirotor.vehicle import STILL, UP, Four, Pair, Vehicle, accelerated, length, quaternion, sum_of
+from flockwire_twins.multirotor.vehicle import STILL, UP, Four, Pair, Vehicle, accelerated, quaternion, sum_of
 
 Turn = Pair  # an angle, rad, and its rate, rad/s
 # Position (m), velocity (m/s), acceleration (m/s²), world frame; roll, pitch, yaw; R e3; F, N.
@@ -53,7 +53,7 @@ class FittedVehicle(Vehicle):
         if motors:
             acting = scale(self.up, self._gain * s[7] / self._mass)
             x, y, z = f = self._thrust(wanted, change, s[2], acting, voltage)
-            size, c, n = length(f), cos(s[5][0]), sin(s[5][0])
+            size, c, n = norm(f), cos(s[5][0]), sin(s[5][0])
             roll, pitch = asin((n * x - c * y) / size), atan2(c * x + n * y, z)
             tilt, force = self._tilt_gain, self._mass * size / self._gain
             command = (roll / tilt, pitch / tilt, yaw / self._yaw_gain, force)

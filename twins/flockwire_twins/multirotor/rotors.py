@@ -14,13 +14,13 @@ from __future__ import annotations
 
 from math import pi, sqrt
 
-from flockwire_core.domain.pose import LEVEL, wrapped, yaw_of
-from flockwire_core.domain.quaternion import Quaternion, conjugate, product, rotate
-from flockwire_core.domain.vector import ZERO, Vector, scale
+from flockwire_core.domain.pose import wrapped, yaw_of
+from flockwire_core.domain.quaternion import LEVEL, Quaternion, conjugate, product, rotate
+from flockwire_core.domain.vector import ZERO, Vector, norm, scale
 
 from flockwire_twins.multirotor.autopilot import RotorLoop
 from flockwire_twins.multirotor.parameters import Parameters, Rotors
-from flockwire_twins.multirotor.vehicle import STILL, UP, Four, Pair, Vehicle, accelerated, length, quaternion, sum_of
+from flockwire_twins.multirotor.vehicle import STILL, UP, Four, Pair, Vehicle, accelerated, quaternion, sum_of
 
 # Position, velocity, acceleration (m, s, world), orientation, angular momentum L (kg m²/s, world), w.
 RotorState = tuple[Vector, Vector, Vector, Quaternion, Vector, Four]
@@ -48,7 +48,7 @@ class RotorVehicle(Vehicle):
     def stand(self, position: Vector, yaw: float, spins: bool) -> None:
         """Stand level."""
         q, speeds = quaternion(0.0, 0.0, yaw), self._state[5] if spins else STILL
-        self._show((position, ZERO, ZERO, q, self.momentum(q, ZERO, speeds), speeds))
+        self._show((position, ZERO, ZERO, q, (0.0, 0.0, -self._propeller * turning(speeds)), speeds))
         self._disturbance = ZERO
         self._attitude.reset()
 
@@ -62,7 +62,8 @@ class RotorVehicle(Vehicle):
             acting = scale(self.up, sum_of(self._forces) / self._mass)
             f = self._thrust(wanted, change, acceleration, acting, voltage)
             tx, ty, tz = self._torques(self._forces, quadratic(self._torque, speeds), ZERO)
-            (jx, jy, jz), size, turn = self._inertia, length(f), wrapped(yaw - yaw_of(q))
+            jx, jy, jz = self._inertia
+            size, turn = norm(f), wrapped(yaw - yaw_of(q))
             known = (tx / jx, ty / jy, tz / jz)  # as it believes: of undamaged rotors, without damping
             rates, up = self.rates(q, momentum, speeds), scale(f, 1.0 / size)
             command = self._attitude.speeds(up, self._mass * size, turn, q, rates, known, speeds, voltage)
@@ -93,17 +94,14 @@ class RotorVehicle(Vehicle):
 
     def rates(self, q: Quaternion, momentum: Vector, speeds: Four) -> Vector:
         """Return omega, rad/s, body frame: J^-1 (R^T L − h e3)."""
-        (jx, jy, jz), (x, y, z) = self._inertia, rotate(conjugate(q), momentum)
+        jx, jy, jz = self._inertia
+        x, y, z = rotate(conjugate(q), momentum)
         return (x / jx, y / jy, (z + self._propeller * turning(speeds)) / jz)
-
-    def momentum(self, q: Quaternion, omega: Vector, speeds: Four) -> Vector:
-        """Return L of the angular velocity `omega`, rad/s, body frame."""
-        (jx, jy, jz), (x, y, z) = self._inertia, omega
-        return rotate(q, (jx * x, jy * y, jz * z - self._propeller * turning(speeds)))
 
     def _torques(self, force: Four, drag: Four, omega: Vector) -> Vector:
         """Return tau, N m, body frame, of thrusts (N) and rotors' torques (N m)."""
-        (a, b, c, d), lever, damping = force, self._arm, self._damping
+        a, b, c, d = force
+        lever, damping = self._arm, self._damping
         roll, pitch = lever * (c + d - a - b), lever * (b + c - a - d)
         return (roll - damping * omega[0], pitch - damping * omega[1], turning(drag) - damping * omega[2])
 
@@ -122,7 +120,8 @@ class RotorVehicle(Vehicle):
 
 def quadratic(law: Pair, speeds: Four) -> Four:
     """Return law_1 w + law_2 w² of each rotor."""
-    (p, q), (a, b, c, d) = law, speeds
+    p, q = law
+    a, b, c, d = speeds
     return (a * (p + q * a), b * (p + q * b), c * (p + q * c), d * (p + q * d))
 
 

@@ -4,13 +4,24 @@ from __future__ import annotations
 
 import tomllib
 from importlib.resources import files
-from typing import Literal
+from typing import Any, Literal
 
 from flockwire_core.swarm.tables import Model, key
 from pydantic import Field
 from pydantic.json_schema import SkipJsonSchema
 
-MODELS = tomllib.loads(files(__package__).joinpath("models.toml").read_text(encoding="utf-8"))
+
+def _column(rows: dict[str, Any], k: int) -> dict[str, Any]:
+    return {name: _column(row, k) if isinstance(row, dict) else row[k] for name, row in rows.items()}
+
+
+def _read() -> dict[str, Any]:
+    tables = tomllib.loads(files(__package__).joinpath("models.toml").read_text(encoding="utf-8"))
+    columns = tables.pop("crazyflies")
+    return {name: _column(columns["figures"], k) for k, name in enumerate(columns["names"])} | tables
+
+
+MODELS = _read()
 
 
 class MultirotorInAirframes(Model):

@@ -2,18 +2,19 @@
 
     f = a_c + K (v_c − A a_c − v) − g − z,   z' = (v' − g − f_now − z) / T                 (velocity, vertical K_z, A_z)
 
-f is the thrust over the mass, m/s²: its tilt and size are limited, the vertical part first. A is the time by which
-attitude and thrust follow: of a velocity that changes by a_c, v can have reached v_c − A a_c. z is an integrator: what
-accelerates the vehicle beside its known thrust, as wind, drag or a wrong mass do. It compares with the thrust that
-acts, so a limit does not wind it up; it is limited as well.
+f is the thrust over the mass, m/s²: its tilt and size are limited, the vertical part first, but for a share. A is the
+time by which attitude and thrust follow: of a velocity that changes by a_c, v can have reached v_c − A a_c. z is an
+integrator: what accelerates the vehicle beside its known thrust, as wind, drag or a wrong mass do. It compares with the
+thrust that acts, so a limit does not wind it up; it is limited as well.
 """
 
 from __future__ import annotations
 
 from math import cos, sin, sqrt, tan
+from typing import Final
 
 from flockwire_core.domain.quaternion import Quaternion, product
-from flockwire_core.domain.vector import ZERO, Vector, scale
+from flockwire_core.domain.vector import ZERO, Vector, norm, scale
 from flockwire_core.process.driving import GRAVITY
 
 from flockwire_twins.multirotor.parameters import Parameters
@@ -22,6 +23,7 @@ from flockwire_twins.simulated_airframe import Wear
 UP: Vector = (0.0, 0.0, 1.0)
 Four = tuple[float, float, float, float]  # of each rotor, or of a command
 Pair = tuple[float, float]
+LEVEL_SHARE: Final = 0.3  # of the most thrust, for the horizontal part while the vertical one asks for all, as PX4's
 STILL: Four = (0.0, 0.0, 0.0, 0.0)
 
 
@@ -65,36 +67,36 @@ class Vehicle:
 
     def _thrust(self, wanted: Vector, change: Vector, acceleration: Vector, acting: Vector, voltage: float) -> Vector:
         """Return f, m/s², world frame; `change` is a_c, `acting` f_now."""
-        share, (x, y, z), (ax, ay, az), (vx, vy, vz) = self._share, self._disturbance, acceleration, self.velocity
+        share = self._share
+        x, y, z = self._disturbance
+        vx, vy, vz = self.velocity
         least, most = self._bounds[0], self._bounds[1] * voltage * voltage
-        x, y = x + share * (ax - acting[0] - x), y + share * (ay - acting[1] - y)
-        z += share * (az + GRAVITY - acting[2] - z)
-        size = length((x, y, z))
+        x += share * (acceleration[0] - acting[0] - x)
+        y += share * (acceleration[1] - acting[1] - y)
+        z += share * (acceleration[2] + GRAVITY - acting[2] - z)
+        size = norm((x, y, z))
         less = self._limit / size if size > self._limit else 1.0
-        self._disturbance = zx, zy, zz = scale((x, y, z), less)
+        zx, zy, zz = self._disturbance = scale((x, y, z), less)
         across, along = self._gains * self._across, self._gains * self._along
         level, steep = 1.0 - across * self.delays[0], 1.0 - along * self.delays[1]
         x = level * change[0] + across * (wanted[0] - vx) - zx
         y = level * change[1] + across * (wanted[1] - vy) - zy
         wished = steep * change[2] + along * (wanted[2] - vz) + GRAVITY - zz
-        z = min(max(wished, least), most)
-        flat, tilted, left = sqrt(x * x + y * y), self._tangent * z, sqrt(max(most * most - z * z, 0.0))
+        flat = sqrt(x * x + y * y)
+        z = min(max(wished, least), sqrt(most * most - min(flat, LEVEL_SHARE * most) ** 2))
+        tilted, left = self._tangent * z, sqrt(max(most * most - z * z, 0.0))
         self.thrust_limited += wished != z or flat > left
         self.tilt_limited += flat > tilted
         less = min(tilted, left) / flat if flat > min(tilted, left) else 1.0
         return (x * less, y * less, z)
 
 
-def length(v: Vector) -> float:
-    """Return |v|, which compiled costs less than `norm`."""
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
-
-
 def accelerated(
     lifted: float, up: Vector, velocity: Vector, wind: Vector, drag: tuple[float, float], per_mass: float
 ) -> Vector:
     """Return v', m/s²: of a thrust of `lifted` m/s² along `up`, drag of (d_xy, d_z) kg/s, and gravity."""
-    (ux, uy, uz), (across, along) = up, drag
+    ux, uy, uz = up
+    across, along = drag
     x, y, z = velocity[0] - wind[0], velocity[1] - wind[1], velocity[2] - wind[2]
     flat = -across * per_mass
     rise = lifted + (across - along) * per_mass * (x * ux + y * uy + z * uz)
