@@ -40,21 +40,15 @@ class Camera {
     return [[cy, sy, 0], [-sy * sp, cy * sp, cp], [sy * cp, -cy * cp, sp]];
   }
 
-  // Take over the canvas' size; return the pen, whose unit is a pixel of the page.
+  // Take over the canvas' size; return its pen.
   begin() {
-    const ratio = devicePixelRatio || 1;
     this.width = this.canvas.clientWidth;
     this.height = this.canvas.clientHeight;
     const tools = this.canvas.parentElement.querySelector(".tools"); // buttons over the top of the picture
     this.covered = Math.min(tools.offsetTop + tools.offsetHeight, this.height / 3);
     this.middle = (this.height + this.covered) / 2; // of what they leave free
-    const [width, height] = [Math.round(this.width * ratio), Math.round(this.height * ratio)];
-    if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, { width, height });
-    const pen = this.canvas.getContext("2d");
-    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-    pen.clearRect(0, 0, this.width, this.height);
     [this.right, this.up, this.near] = this.axes();
-    return pen;
+    return emptyPen(this.canvas);
   }
 
   to(point) {

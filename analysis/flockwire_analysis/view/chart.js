@@ -41,26 +41,16 @@ class Chart {
   }
 
   draw(now, selected) {
-    const ratio = devicePixelRatio || 1;
     [this.width, this.height] = [this.canvas.clientWidth, this.canvas.clientHeight];
     if (!this.width || !this.height) return;
-    const key = [this.width, this.height, ratio, palette.ink, selected, this.version].join();
+    const key = [this.width, this.height, devicePixelRatio, palette.ink, selected, this.version].join();
     if (key !== this.key) {
-      for (const one of [this.canvas, this.still]) {
-        one.width = this.width * ratio;
-        one.height = this.height * ratio;
-      }
-      const pen = this.still.getContext("2d");
-      pen.setTransform(ratio, 0, 0, ratio, 0, 0);
-      this.background(pen, selected);
+      this.background(emptyPen(this.still, this.width, this.height), selected);
       this.key = key;
     }
-    const pen = this.canvas.getContext("2d");
-    pen.setTransform(1, 0, 0, 1, 0, 0);
-    pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
-    pen.drawImage(this.still, 0, 0);
+    const pen = emptyPen(this.canvas);
+    pen.drawImage(this.still, 0, 0, this.width, this.height);
     if (now === null) return;
-    pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     const x = this.x(now);
     shape(pen, [[x, ROOM.top - 4], [x, this.height - ROOM.bottom]], palette.ink, [], false, 1, 1.5);
   }
@@ -155,11 +145,8 @@ function markColour(kind) {
 
 // Draw the marks below a slider; `share` is where on it a time is, from 0 to 1.
 function strip(canvas, marks, share) {
-  const ratio = devicePixelRatio || 1;
+  const pen = emptyPen(canvas);
   const width = canvas.clientWidth;
-  Object.assign(canvas, { width: width * ratio, height: canvas.clientHeight * ratio });
-  const pen = canvas.getContext("2d");
-  pen.scale(ratio, ratio);
   for (const { t, kind } of marks) {
     pen.fillStyle = markColour(kind);
     pen.fillRect(INSET + share(t) * (width - 2 * INSET) - 1, kind === "phase" ? 4 : 0, 2, 10);

@@ -9,6 +9,11 @@ function element(tag, properties, ...children) {
   return made;
 }
 
+function state(text, bad) {
+  $("state").textContent = text;
+  $("state").classList.toggle("bad", bad);
+}
+
 function isSilent(one) {
   return !one || one.phase === "silent";
 }

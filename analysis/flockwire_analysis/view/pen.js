@@ -20,17 +20,24 @@ const palette = {
   },
 };
 
+// Empty a canvas, with as many pixels as the screen has there; return its pen, whose unit is a pixel of the page.
+function emptyPen(canvas, width = canvas.clientWidth, height = canvas.clientHeight) {
+  const ratio = devicePixelRatio || 1;
+  const size = { width: Math.round(width * ratio), height: Math.round(height * ratio) };
+  if (canvas.width !== size.width || canvas.height !== size.height) Object.assign(canvas, size);
+  const pen = canvas.getContext("2d");
+  pen.setTransform(canvas.width / width, 0, 0, canvas.height / height, 0, 0);
+  pen.clearRect(0, 0, width, height);
+  return pen;
+}
+
 function arrow(pen, [x0, y0], [x1, y1], colour) {
   const length = Math.hypot(x1 - x0, y1 - y0) || 1;
   const [ux, uy] = [(x1 - x0) / length, (y1 - y0) / length];
   const [tipX, tipY] = [x1 - 10 * ux, y1 - 10 * uy];
   shape(pen, [[x0, y0], [tipX, tipY]], colour, [], false, 1, 1);
-  pen.fillStyle = colour;
-  pen.beginPath();
-  pen.moveTo(tipX, tipY);
-  pen.lineTo(tipX - 7 * ux + 3.5 * uy, tipY - 7 * uy - 3.5 * ux);
-  pen.lineTo(tipX - 7 * ux - 3.5 * uy, tipY - 7 * uy + 3.5 * ux);
-  pen.fill();
+  const [baseX, baseY] = [tipX - 7 * ux, tipY - 7 * uy];
+  polygon(pen, [[tipX, tipY], [baseX + 3.5 * uy, baseY - 3.5 * ux], [baseX - 3.5 * uy, baseY + 3.5 * ux]], colour);
 }
 
 // Draw a line through points in pixels; null interrupts it.
@@ -49,14 +56,15 @@ function shape(pen, points, stroke, dash, closed, alpha = 1, width = 1.6) {
   pen.globalAlpha = before;
 }
 
-function polygon(pen, points, fill, alpha) {
+function polygon(pen, points, fill, alpha = 1) {
+  const before = pen.globalAlpha;
   pen.beginPath();
   points.forEach((point, k) => (k ? pen.lineTo(...point) : pen.moveTo(...point)));
   pen.closePath();
-  pen.globalAlpha = alpha;
+  pen.globalAlpha = before * alpha;
   pen.fillStyle = fill;
   pen.fill();
-  pen.globalAlpha = 1;
+  pen.globalAlpha = before;
 }
 
 function disc(pen, [x, y], radius, fill, edge = null) {
@@ -64,18 +72,15 @@ function disc(pen, [x, y], radius, fill, edge = null) {
   pen.arc(x, y, radius, 0, 2 * Math.PI);
   pen.fillStyle = fill;
   pen.fill();
-  if (!edge) return;
-  pen.strokeStyle = edge;
-  pen.lineWidth = 1.5;
-  pen.stroke();
+  if (edge) ring(pen, [x, y], radius, edge, [], 1.5);
 }
 
-function ring(pen, [x, y], radius, stroke) {
+function ring(pen, [x, y], radius, stroke, dash, width) {
   pen.beginPath();
   pen.arc(x, y, radius, 0, 2 * Math.PI);
   pen.strokeStyle = stroke;
-  pen.lineWidth = 1.4;
-  pen.setLineDash([3, 3]);
+  pen.lineWidth = width;
+  pen.setLineDash(dash);
   pen.stroke();
   pen.setLineDash([]);
 }

@@ -261,8 +261,7 @@ palette.followers = flight.outline.drones.map(({ id }) => id).filter((id) => id 
 palette.read();
 scene.begin(flight.outline);
 scene.camera.fit = "flight";
-$("state").textContent = flight.verdict;
-$("state").classList.toggle("bad", flight.failed);
+state(flight.verdict, flight.failed);
 fill();
 listen();
 marks();

@@ -140,7 +140,7 @@ class Scene {
     const [from, to] = [this.camera.to(position), this.camera.to(place)];
     pen.globalAlpha = this.faded(id) ? 0.3 : 1;
     if (Math.hypot(from[0] - to[0], from[1] - to[1]) > 12) shape(pen, [from, to], palette.drone(id), [2, 4], false, 0.7, 1);
-    ring(pen, to, 8, palette.drone(id));
+    ring(pen, to, 8, palette.drone(id), [3, 3], 1.4);
     pen.globalAlpha = 1;
   }
 

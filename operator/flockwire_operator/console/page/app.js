@@ -92,11 +92,6 @@ function silence() {
   return `${connected}; ${all ? "no process reports: the swarm has ended, or cannot be reached" : `silent: ${silent.join(", ")}`}`;
 }
 
-function state(text, bad) {
-  $("state").textContent = text;
-  $("state").classList.toggle("bad", bad);
-}
-
 function answer(found) {
   $("answer").textContent = found.failed ? `${found.order} failed: ${found.failed}` : `${found.order}: done ${found.note}`;
   $("answer").classList.toggle("bad", Boolean(found.failed));
