@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from array import array
-from collections.abc import Hashable, Iterator, Mapping
+from collections.abc import Hashable, Iterator
 from operator import attrgetter
 from pathlib import Path
-from typing import Final, TypeVar
+from typing import Final
 
 from flockwire_core.domain.bids import Bids, held_place
 from flockwire_core.domain.order import Mission, Stop, Version
@@ -27,9 +27,6 @@ FOREVER: Final = 1 << 61  # ns
 WATCHED = frozenset(kind for kind, row in ROWS.items() if row.message in (Mission, Stop, Bids, Status))
 REASONS: Final = (LAW_FAILED, LEFT_OUT, APART, MOTORS_OFF)  # codes of those that are judged
 FOLLOWED: Final = 20  # messages in succession that show that the clock was set by more than a day
-
-Name = TypeVar("Name", bound=Hashable)
-Item = TypeVar("Item")
 
 
 class _Publisher:
@@ -163,15 +160,15 @@ class Collector:
             self._movers(),
             tuple(order for order in orders if not self._obeyed or order.version in self._obeyed),  # without rejected
             orders,
-            tuple(map(self._stops.__getitem__, sorted(self._stops))),
+            tuple(stop for _, stop in sorted(self._stops.items())),
             tuple(self._vitals()),
-            _fixed(self._histories),
-            _fixed(self._shown),
+            {identity: tuple(history) for identity, history in self._histories.items()},
+            {identity: tuple(changes) for identity, changes in self._shown.items()},
             {code: tuple(found) for code, found in self._reasons.items()},
             self._begin, self._end, self._recorded,
             len(lost_orders) + self._lost(judged=True), self._lost(judged=False),
             self._malformed, closed, lost_bytes,
-            _fixed({number: sorted(held, key=attrgetter("stamp")) for number, held in self._held.items()}),
+            {number: tuple(sorted(held, key=attrgetter("stamp"))) for number, held in self._held.items()},
             self._signals(),
             sizes,
         )  # fmt: skip
@@ -200,7 +197,3 @@ class Collector:
         """
         publishers = [one for one in self._publishers.values() if one.judged == judged and not one.repeated]
         return sum(count_lost(one.sequences, one.rate, self._end - self._begin) for one in publishers)
-
-
-def _fixed(lists: Mapping[Name, list[Item]]) -> dict[Name, tuple[Item, ...]]:
-    return {name: tuple(items) for name, items in lists.items()}

@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import isfinite, sqrt
+from math import isfinite
 from typing import NamedTuple
 
 from scipy import stats
@@ -100,33 +100,25 @@ def comparison(groups: Sequence[Group]) -> tuple[Row, ...]:
 
 
 def mean_of(values: Sequence[float]) -> Mean | None:
-    """Return the mean of `values` with its interval, None without values."""
+    """Return the mean of `values` with its interval, t s / sqrt(n) on either side; None without values."""
+    confidence = 0.95
     if not values:
         return None
     count, mean = len(values), sum(values) / len(values)
     if count == 1:
         return Mean(mean, None, None, 1)
-    half = _half_width([value - mean for value in values])
+    half = float(stats.t.ppf(0.5 + confidence / 2, count - 1) * stats.sem(values))
     return Mean(mean, mean - half, mean + half, count)
 
 
 def difference_of(first: dict[str, Value], other: dict[str, Value]) -> Difference | None:
     """Return the mean of `other` minus `first` over the names that both have; None for fewer than two pairs."""
     deltas = [b - a for name, a in first.items() if a is not None and (b := other.get(name)) is not None]
-    if len(deltas) < 2:
+    found = mean_of(deltas)
+    if found is None or found.low is None or found.high is None:
         return None
-    mean = sum(deltas) / len(deltas)
-    half = _half_width([delta - mean for delta in deltas])
-    p = float(stats.ttest_1samp(deltas, 0.0).pvalue) if half > 0.0 else None
-    return Difference(mean, mean - half, mean + half, p if p is not None and isfinite(p) else None, len(deltas))
-
-
-def _half_width(deviations: Sequence[float]) -> float:
-    """Return t s / sqrt(n), half of the interval of a mean, from the deviations from it."""
-    confidence = 0.95
-    count = len(deviations)
-    variance = sum(deviation**2 for deviation in deviations) / (count - 1)
-    return float(stats.t.ppf(0.5 + confidence / 2, count - 1)) * sqrt(variance / count)
+    p = float(stats.ttest_1samp(deltas, 0.0).pvalue) if found.low < found.high else None
+    return Difference(found.mean, found.low, found.high, p if p is not None and isfinite(p) else None, found.flights)
 
 
 def _times(factor: float, value: Value) -> Value:

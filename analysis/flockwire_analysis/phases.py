@@ -43,9 +43,9 @@ class Span(NamedTuple):
 
 
 class FormationPhase(NamedTuple):
-    """The phase of one start order: its `formation` (the name in the order) and the `span` in which it was in force."""
+    """The phase of one start order, and the `span` in which it was in force."""
 
-    formation: str
+    order: Mission
     span: Span
 
 
@@ -61,7 +61,7 @@ def airborne(trace: Trace) -> Span:
 
 def origin(trace: Trace) -> int:
     """Return the flight's time 0, Unix ns: that of its first formation; the trace's begin if none was flown."""
-    return next((span.begin for _, span in _spans(trace)), trace.begin)
+    return next((phase.span.begin for phase in formation_phases(trace)), trace.begin)
 
 
 def at(trace: Trace, stamp: int) -> str:
@@ -75,11 +75,6 @@ def formation_phases(trace: Trace) -> tuple[FormationPhase, ...]:
     It ends with the next order of any kind, with a stop, or with the trace. An order without remaining time has no
     phase.
     """
-    return tuple(FormationPhase(mission.formation, span) for mission, span in _spans(trace))
-
-
-def _spans(trace: Trace) -> list[tuple[Mission, Span]]:
-    """Return each start order with its phase."""
     found = []
     for mission, following in zip_longest(trace.missions, trace.missions[1:]):
         begin = max(mission.start, mission.stamp, trace.begin)
@@ -87,8 +82,8 @@ def _spans(trace: Trace) -> list[tuple[Mission, Span]]:
         if following is not None:
             end = min(end, following.stamp)
         if mission.in_formation and begin < end:
-            found.append((mission, Span(begin, end)))
-    return found
+            found.append(FormationPhase(mission, Span(begin, end)))
+    return tuple(found)
 
 
 def _end(trace: Trace, begin: int) -> int:
@@ -126,7 +121,7 @@ def offsets(trace: Trace, number: int, stamps: Integers) -> Floats:
 def shared_places(trace: Trace, least: float) -> tuple[str, ...]:
     """Return a sentence for each two followers that held one place at the end of a phase of `least` s or more."""
     found = []
-    for mission, span in _spans(trace):
+    for mission, span in formation_phases(trace):
         if mission.formation not in trace.swarm.auctioned or span.length < least:
             continue
         owners: dict[int | None, int] = {}

@@ -97,7 +97,7 @@ def _figures(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[PhaseFig
         settled = span.tail() if since is None else Span(span.begin + nanoseconds(since), span.end)
         off = tracking.longest_off(judged, steady, settled, kept_within(trace.swarm))
         found.append(PhaseFigures(
-            phase.formation, (span.begin - origin) / SECOND, span.length,
+            phase.order.formation, (span.begin - origin) / SECOND, span.length,
             tracking.figures(observation, span), errors, tracking.largest_tail(judged, steady, span, settled),
             None if since is None else off,
             _without_places(formation, without, span),

@@ -71,7 +71,7 @@ def test_the_graph_shows_every_drone_and_edge(canvas, drawn):
 
 
 def test_errors_below_the_axis_are_not_drawn_on_its_edge(canvas, drawn, monkeypatch):
-    small = {1: Errors(np.arange(5) + canvas.phase.begin, np.array([1.0, 1e-2, 1e-6, 0.0, 1e-2]))}
+    small = {1: Errors(np.arange(5) + canvas.phases[0].span.begin, np.array([1.0, 1e-2, 1e-6, 0.0, 1e-2]))}
     monkeypatch.setitem(canvas.__dict__, "observation_errors", small)
     observation(canvas)
     (axes,) = drawn[0].axes
@@ -163,7 +163,7 @@ def test_all_figures_over_time_have_one_axis(canvas):
 
 
 def test_a_settled_follower_is_where_and_as_fast_as_its_reference(trace):
-    phase = Canvas(trace, None).phase
+    phase = Canvas(trace, None).phases[0].span
     times = np.arange(phase.begin + 5 * SECOND, phase.begin + 7 * SECOND, SECOND // 10)
     assert np.abs(places(trace, 1, times) - references(trace, 1, times)).max() < 0.05
     assert np.abs(velocities(trace, 1, times) - reference_velocities(trace, 1, times)).max() < 0.1
@@ -171,7 +171,7 @@ def test_a_settled_follower_is_where_and_as_fast_as_its_reference(trace):
 
 
 def test_hovering_and_landing_are_not_formation(trace, canvas):
-    after = np.array([canvas.phase.begin - SECOND // 2, canvas.phase.end + SECOND // 2])
+    after = np.array([canvas.phases[0].span.begin - SECOND // 2, canvas.phases[0].span.end + SECOND // 2])
     assert np.isnan(references(trace, 1, after)).all()
 
 

@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from flockwire_analysis.events import Event, events
-from flockwire_analysis.phases import Span, airborne, formation_phases, origin
+from flockwire_analysis.phases import airborne, formation_phases, origin
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Floats, Integers
 from flockwire_analysis.tracking import Errors, formation_errors, observation_errors
@@ -61,13 +61,10 @@ class Canvas:
     def __init__(self, trace: Trace, out: Path, vector: bool = True) -> None:
         self.trace, self.out, self._vector = trace, out, vector
         self.phases = formation_phases(trace)
-        self.phase: Span | None = self.phases[0].span if self.phases else None
         self.flight = airborne(trace)
         self.origin = origin(trace)
         self.events = events(trace)
-        self.time_label = (
-            "t, s from the start of the formation" if self.phase is not None else "t, s from the start of the trace"
-        )
+        self.time_label = f"t, s from the start of the {'formation' if self.phases else 'trace'}"
 
     @cached_property
     def formation_errors(self) -> dict[int, Errors]:
@@ -86,10 +83,6 @@ class Canvas:
     def second(self, stamp: int) -> float:
         """Return `stamp` (Unix ns) as s of mission time."""
         return (stamp - self.origin) / SECOND
-
-    def times(self) -> Integers:
-        """Return instants of the flight for a curve, Unix ns."""
-        return self.flight.instants(MOST_POINTS)
 
     def colour(self, number: int) -> str:
         """Return the colour of drone `number`, the same in every figure and page (view/pen.js); the leader is black."""

@@ -20,7 +20,7 @@ TAIL = "The flight is judged by the shaded tail of each phase."
 
 def formation(canvas: Canvas) -> Picture | None:
     """Draw |x_i - h_i - x_0| while a formation was flown."""
-    if canvas.phase is None:
+    if not canvas.phases:
         return None
     errors = canvas.formation_errors
     flown = {

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from flockwire_analysis.figures.drawing import INK, Canvas, Picture, thinned
+from flockwire_analysis.figures.drawing import INK, MOST_POINTS, Canvas, Picture, thinned
 from flockwire_analysis.figures.legends import legend, line
 from flockwire_analysis.series import Floats, Series
 from flockwire_analysis.tracking import places, reference_velocities, references, velocities
@@ -67,7 +67,7 @@ def accelerations(canvas: Canvas) -> Picture | None:
 
 
 def _at(canvas: Canvas, numbers: tuple[int, ...], quantity: Callable[..., Floats]) -> Curves:
-    times = canvas.times()
+    times = canvas.flight.instants(MOST_POINTS)
     return {i: (canvas.seconds(times), quantity(canvas.trace, i, times)) for i in numbers}
 
 
