@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
-from flockwire_core.domain.pose import LEVEL
-from flockwire_core.domain.quaternion import Quaternion
+from flockwire_core.domain.quaternion import LEVEL, Quaternion
 from flockwire_core.domain.vector import ZERO, Vector
 from flockwire_core.wire.cdr import Writer
 

@@ -8,7 +8,7 @@ from typing import Final, NamedTuple
 from flockwire_core.domain.quaternion import Quaternion
 from flockwire_core.domain.vector import ZERO, Vector
 from flockwire_core.ros.definitions import NAMED_POSES, POSE, POSES, TRANSFORM, TRANSFORMS
-from flockwire_core.wire.cdr import HEADER, MessageError, Reader, Writer
+from flockwire_core.wire.cdr import HEADER, MessageError, Reader, Writer, begun
 
 OK, WARN, ERROR, STALE = 0, 1, 2, 3  # levels of a diagnostic status
 UNKNOWN: Final = float("nan")
@@ -38,7 +38,7 @@ class DiagnosticStatus(NamedTuple):
 
 def derivative(stamp: int, frame: str, linear: Vector, angular: Vector = ZERO) -> bytes:
     """Return a geometry_msgs/TwistStamped (m/s, rad/s) or AccelStamped (m/s^2, rad/s^2): they have one layout."""
-    writer = _stamped(stamp, frame)
+    writer = begun(stamp, frame)
     writer.vector(linear)
     writer.vector(angular)
     return writer.finish()
@@ -46,7 +46,7 @@ def derivative(stamp: int, frame: str, linear: Vector, angular: Vector = ZERO) -
 
 def odometry(stamp: int, frame: str, child: str, position: Vector, orientation: Quaternion, velocity: Vector) -> bytes:
     """Return a nav_msgs/Odometry: the pose of `child` in `frame`, and its velocity (m/s) in `child`."""
-    writer = _stamped(stamp, frame)
+    writer = begun(stamp, frame)
     writer.text(child)
     writer.put_all("d", *position, *orientation, *UNKNOWN_COVARIANCE, *velocity, *ZERO, *UNKNOWN_COVARIANCE)
     return writer.finish()
@@ -67,7 +67,7 @@ def transforms(frame: str, poses: Sequence[NamedPose]) -> bytes:
 
 def pose_array(stamp: int, frame: str, poses: Sequence[tuple[Vector, Quaternion]]) -> bytes:
     """Return a geometry_msgs/PoseArray."""
-    writer = _stamped(stamp, frame)
+    writer = begun(stamp, frame)
     writer.length(len(poses))
     if poses:
         writer.put_all("d", *(x for pose in poses for part in pose for x in part))
@@ -76,7 +76,7 @@ def pose_array(stamp: int, frame: str, poses: Sequence[tuple[Vector, Quaternion]
 
 def battery(stamp: int, frame: str, share: float) -> bytes:
     """Return a sensor_msgs/BatteryState with the charge as a `share` of full; what is not measured is NaN."""
-    writer = _stamped(stamp, frame)
+    writer = begun(stamp, frame)
     writer.put_all("f", *[UNKNOWN] * 6, share)
     writer.put_all("B", DISCHARGING, 0, LITHIUM_POLYMER, 1)
     for _ in range(2):  # voltages and temperatures of cells
@@ -95,7 +95,7 @@ def diagnostic(status: DiagnosticStatus) -> bytes:
 
 def diagnostics(stamp: int, statuses: Sequence[DiagnosticStatus]) -> bytes:
     """Return a diagnostic_msgs/DiagnosticArray."""
-    writer = _stamped(stamp, "")
+    writer = begun(stamp, "")
     writer.length(len(statuses))
     for status in statuses:
         _write_diagnostic(writer, status)
@@ -166,13 +166,6 @@ POSE_READERS: Mapping[str, Callable[[Reader], list[NamedPose]]] = {
     NAMED_POSES: _named_poses,
     TRANSFORMS: _transforms_in,
 }
-
-
-def _stamped(stamp: int, frame: str) -> Writer:
-    writer = Writer()
-    writer.time(stamp)
-    writer.text(frame)
-    return writer
 
 
 def _write_diagnostic(writer: Writer, status: DiagnosticStatus) -> None:

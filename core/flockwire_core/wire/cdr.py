@@ -124,6 +124,14 @@ class Writer:
         return self._data.getvalue()
 
 
+def begun(stamp: int, frame: str) -> Writer:
+    """Return a message that starts with its stamp and its frame."""
+    writer = Writer()
+    writer.time(stamp)
+    writer.text(frame)
+    return writer
+
+
 @mypyc_attr(acyclic=True)
 class Reader:
     """Takes values from a CDR message; raises MessageError if it ends too soon or holds nonsense."""

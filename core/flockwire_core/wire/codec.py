@@ -20,7 +20,7 @@ from flockwire_core.domain.signals import Signals
 from flockwire_core.domain.time import TimeReply, TimeRequest
 from flockwire_core.domain.vector import ZERO
 from flockwire_core.wire.batch import Batch, read_batch, write_batch
-from flockwire_core.wire.cdr import MessageError, Reader, Writer
+from flockwire_core.wire.cdr import MessageError, Reader, Writer, begun
 from flockwire_core.wire.law_form import read_law_message, write_law_message
 from flockwire_core.wire.orders import read_bids, read_mission, write_bids, write_mission
 from flockwire_core.wire.sighting import Sighting, read_sighting, write_sighting
@@ -46,15 +46,8 @@ _LEADING: Final[dict[int, Leading]] = {int(state): state for state in Leading}
 _STATES: Final[dict[int, FlightState]] = {int(state): state for state in FlightState}
 
 
-def _begin(stamp: int, frame: str) -> Writer:
-    writer = Writer()
-    writer.time(stamp)
-    writer.text(frame)
-    return writer
-
-
 def _encode_pose(pose: Pose) -> bytes:
-    writer = _begin(pose.stamp, pose.frame)
+    writer = begun(pose.stamp, pose.frame)
     writer.vector(pose.position)
     writer.quaternion(pose.orientation)
     return writer.finish()
@@ -68,7 +61,7 @@ def _decode_pose(data: bytes) -> Pose:
 
 
 def _encode_estimate(estimate: Estimate) -> bytes:
-    writer, motion = _begin(estimate.stamp, estimate.frame), estimate.motion
+    writer, motion = begun(estimate.stamp, estimate.frame), estimate.motion
     writer.vector(motion.position)
     writer.vector(motion.velocity)
     writer.vector(motion.acceleration)
@@ -91,7 +84,7 @@ def _decode_estimate(data: bytes) -> Estimate:
 
 
 def _encode_command(command: Command) -> bytes:
-    writer = _begin(command.stamp, command.frame)
+    writer = begun(command.stamp, command.frame)
     writer.vector(command.velocity)
     writer.vector((0.0, 0.0, command.yaw_rate))
     writer.vector(command.acceleration)
@@ -106,7 +99,7 @@ def _decode_command(data: bytes) -> Command:
 
 
 def _encode_nearby(nearby: Nearby) -> bytes:
-    writer = _begin(nearby.stamp, nearby.frame)
+    writer = begun(nearby.stamp, nearby.frame)
     writer.length(len(nearby.bodies))
     for body in nearby.bodies:
         writer.byte(int(body.kind))
@@ -193,7 +186,7 @@ def _codec(write: Callable[[Writer, M], None], read: Callable[[int, str, Reader]
     """
 
     def encode(message: M) -> bytes:
-        writer = _begin(message.stamp, message.frame)
+        writer = begun(message.stamp, message.frame)
         write(writer, message)
         return writer.finish()
 

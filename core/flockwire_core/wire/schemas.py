@@ -4,37 +4,18 @@ from __future__ import annotations
 
 import re
 
-from flockwire_core.domain.airframe import Command, Steer, Telemetry
-from flockwire_core.domain.bids import Bids
+from flockwire_core.domain.airframe import Steer
 from flockwire_core.domain.body import Nearby
-from flockwire_core.domain.law_message import LawMessage
 from flockwire_core.domain.motion import Estimate
-from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.domain.pose import Pose
-from flockwire_core.domain.signals import Signals
-from flockwire_core.domain.time import TimeReply, TimeRequest
-from flockwire_core.wire.batch import Batch
-from flockwire_core.wire.codec import Message
-from flockwire_core.wire.sighting import Sighting
-from flockwire_core.wire.status import Status
+from flockwire_core.wire.codec import CODECS, Message
 
 ROS_TYPES: dict[type[Message], str] = {
+    **{kind: f"flockwire_msgs/msg/{kind.__name__}" for kind in CODECS},
     Pose: "geometry_msgs/msg/PoseStamped",
     Estimate: "flockwire_msgs/msg/LeaderEstimate",
-    Command: "flockwire_msgs/msg/Command",
     Steer: "geometry_msgs/msg/TwistStamped",
     Nearby: "flockwire_msgs/msg/NearbyBodies",
-    Bids: "flockwire_msgs/msg/Bids",
-    LawMessage: "flockwire_msgs/msg/LawMessage",
-    Sighting: "flockwire_msgs/msg/Sighting",
-    Signals: "flockwire_msgs/msg/Signals",
-    Telemetry: "flockwire_msgs/msg/Telemetry",
-    Mission: "flockwire_msgs/msg/Mission",
-    Stop: "flockwire_msgs/msg/Stop",
-    Status: "flockwire_msgs/msg/Status",
-    TimeRequest: "flockwire_msgs/msg/TimeRequest",
-    TimeReply: "flockwire_msgs/msg/TimeReply",
-    Batch: "flockwire_msgs/msg/Batch",
 }
 
 LAW_CONTENT = "flockwire_msgs/msg/LawContent"
