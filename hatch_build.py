@@ -30,7 +30,7 @@ COMPILED = (
     "core/flockwire_core/clock.py",
     "core/flockwire_core/law.py",
     "agent/flockwire_agent",
-    *(f"leader/flockwire_leader/{name}.py" for name in ("core", "course", "grounded", "teleoperation")),
+    "leader/flockwire_leader",
     *(f"mocap_gateway/flockwire_mocap/{name}.py" for name in TRACKED),
     *(f"twins/flockwire_twins/kinematics/{name}.py" for name in ("airframe", "core", "drone")),
     *(f"twins/flockwire_twins/multirotor/{name}.py" for name in MULTIROTOR),
