@@ -3,43 +3,9 @@
 Imports no more than a drone has loaded already.
 """
 
-from flockwire_core.law import (
-    RELAYING,
-    SECOND,
-    ZERO,
-    Body,
-    BodyKind,
-    Decision,
-    Finite,
-    Heard,
-    Information,
-    Law,
-    LawSettings,
-    LeaderMotion,
-    Motion,
-    NotNegative,
-    Observation,
-    Output,
-    Pace,
-    Parameters,
-    Place,
-    Positive,
-    Seen,
-    Sense,
-    Share,
-    Vector,
-    add,
-    distance,
-    limit,
-    norm,
-    scale,
-    subtract,
-)
+from flockwire_core import law as interface
+from flockwire_core.law import *  # noqa: F403  (the names in its __all__)
 from flockwire_core.wire.observed_numbers import ObservedNumbers
 
-__all__ = [
-    "RELAYING", "SECOND", "ZERO", "Body", "BodyKind", "Decision", "Finite", "Heard", "Information", "Law",
-    "LawSettings", "LeaderMotion", "Motion", "NotNegative", "Observation", "ObservedNumbers", "Output", "Pace",
-    "Parameters", "Place", "Positive", "Seen", "Sense", "Share", "Vector", "add", "distance", "limit", "norm", "scale",
-    "subtract",
-]  # fmt: skip
+__all__ = ["ObservedNumbers"]
+__all__ += interface.__all__

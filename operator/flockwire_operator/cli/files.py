@@ -130,10 +130,8 @@ def convert(
         refuse(f"--leader: one trajectory is the leader's, there are {len(found)}")
     if out.exists():
         refuse(f"--out = {out}: exists; name a new one")
-    try:
+    with refused(out):
         out.write_text(key_frames(found, found[0][0][1] if leader else (0.0, 0.0, 0.0)), encoding="utf-8")
-    except OSError as error:
-        refuse(f"--out = {out}: cannot write there: {error.strerror}")
     frames = f'kind = "key_frames"\nfile = "{out.name}"'
     still = '[leader]   # a point that stands still, from which places count\nkind = "virtual"\nstart = [0.0, 0.0, 0.0]'
     still += '\n[leader.trajectory]\nkind = "constant"\nvelocity = [0.0, 0.0, 0.0]'

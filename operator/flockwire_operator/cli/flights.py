@@ -14,17 +14,7 @@ from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.plan import Plan
 
 from flockwire_operator.cli.arguments import FaultsFile, Keys, SwarmFile, Verbose, Without, left_out
-from flockwire_operator.cli.inputs import (
-    faults_of,
-    finite,
-    load,
-    made_keys,
-    own_folder,
-    refuse,
-    refuse_a_second_trace,
-    refused,
-    this_host,
-)
+from flockwire_operator.cli.inputs import faults_of, finite, load, made_keys, refuse, refused, this_host, trace_folder
 from flockwire_operator.station.folders import keys_folder, warn_of
 
 if TYPE_CHECKING:
@@ -65,8 +55,7 @@ def up(
         refuse(f"--without: host {here!r} gives no orders; use it on the recorder's host")
     absent = left_out(plan, without)
     secrets = made_keys(swarm, plan, keys, here)
-    folder = own_folder(out, loaded.name)
-    refuse_a_second_trace(folder)
+    folder = trace_folder(out, loaded.name)
     flying = Host(plan, swarm, here, folder, secrets, faults)
     _predict(loaded, duration, verbose)
     with refused(folder), unblocked():
@@ -129,8 +118,7 @@ def sim(
         if out is not None:
             refuse(f"--out = {out}: with --no-trace nothing is written")
         raise typer.Exit(simulate(flight, verbose))
-    folder = own_folder(out, f"{loaded.name}-sim-{seed}")
-    refuse_a_second_trace(folder)
+    folder = trace_folder(out, f"{loaded.name}-sim-{seed}")
     with refused(folder):
         folder.mkdir(parents=True, exist_ok=True)
         raise typer.Exit(simulate(flight, verbose, folder, swarm.read_text(encoding="utf-8")))

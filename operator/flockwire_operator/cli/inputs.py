@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from itertools import count
 from math import isfinite
 from pathlib import Path
@@ -32,14 +32,12 @@ def refuse(reason: str) -> NoReturn:
     raise SystemExit(2)
 
 
-def unwritable(out: Path, error: OSError) -> NoReturn:
-    """Refuse the folder `out`; an error that is not the system's (a port in use) has its own sentence."""
-    refuse(f"--out = {out}: cannot write there: {error.strerror}" if error.strerror else str(error))
-
-
 @contextmanager
 def refused(out: Path | None = None) -> Iterator[None]:
-    """Refuse a bad input, and an OSError as `unwritable` does if there is a folder `out`."""
+    """Refuse a bad input, and the folder `out`, if there is one, at an OSError.
+
+    One that is not the system's (a port in use) has its own sentence.
+    """
     try:
         yield
     except InputError as error:
@@ -47,7 +45,7 @@ def refused(out: Path | None = None) -> Iterator[None]:
     except OSError as error:
         if out is None:
             raise
-        unwritable(out, error)
+        refuse(f"--out = {out}: cannot write there: {error.strerror}" if error.strerror else str(error))
 
 
 def this_host(swarm: Swarm, host: str | None) -> str:
@@ -74,16 +72,19 @@ def own_folder(out: Path | None, name: str) -> Path:
     """Return `out`, or a new folder runs/NAME-TIME that no other command has, even one of the same second."""
     if out is not None:
         return out
-    stem = f"{name}-{clock.local():%Y%m%d-%H%M%S}"
-    for again in count(1):
-        folder = Path("runs") / (stem if again == 1 else f"{stem}-{again}")
-        try:
+    folder = first = Path("runs") / f"{name}-{clock.local():%Y%m%d-%H%M%S}"
+    numbers = count(2)
+    while True:
+        with refused(folder), suppress(FileExistsError):
             folder.mkdir(parents=True)
-        except FileExistsError:
-            continue
-        except OSError as error:
-            unwritable(folder, error)
-        break
+            return folder
+        folder = first.with_name(f"{first.name}-{next(numbers)}")
+
+
+def trace_folder(out: Path | None, name: str) -> Path:
+    """Return the folder as `own_folder` does; refuse one that already has a trace."""
+    folder = own_folder(out, name)
+    refuse_a_second_trace(folder)
     return folder
 
 

@@ -11,8 +11,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from importlib.util import find_spec
 from pathlib import Path
-from types import FrameType
-from typing import NoReturn
 
 from flockwire_core.loading import parse_swarm
 from flockwire_core.swarm.model import Swarm
@@ -170,11 +168,7 @@ def shown(run: Callable[[Callable[[str], None]], None], total: int, done: int, t
 @contextmanager
 def _terminable() -> Iterator[None]:
     """Let SIGTERM end the study like Ctrl-C, with all finished runs kept."""
-
-    def end(_: int, __: FrameType | None) -> NoReturn:
-        raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGTERM, end)
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         yield
     finally:

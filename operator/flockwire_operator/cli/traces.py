@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from flockwire_operator.cli.inputs import refuse, unwritable
+from flockwire_operator.cli.inputs import refuse, refused
 from flockwire_operator.station.terminal.progress import progress
 
 app = typer.Typer()
@@ -52,13 +52,9 @@ def view(
     file = out or trace.parent / NAME
     if file.suffix != ".html":
         refuse(f"--out = {file}: must end with .html")
-
-    def write() -> Path:
-        found = _read(trace)
-        return write_replay(found, summarise(found), file)
-
     with progress("reads the trace"):
-        print(_trace(file, write))
+        found = _trace(file, lambda: _read(trace))
+        print(_trace(file, lambda: write_replay(found, summarise(found), file)))
 
 
 @app.command()
@@ -128,12 +124,10 @@ def compare(
     groups = groups_of(names, [{name: summarise(trace) for name, trace in one.items()} for one in traces])
     rows = comparison(groups)
     print("\n".join(as_text(groups, rows)))
-    try:
+    with refused(out):
         out.mkdir(parents=True, exist_ok=True)
         (out / "comparison.csv").write_text(as_csv(groups, rows), encoding="utf-8")
         (out / "comparison.tex").write_text(as_latex(groups, rows), encoding="utf-8")
-    except OSError as error:
-        unwritable(out, error)
     print(out / "comparison.csv", out / "comparison.tex", sep="\n")
     if len(names) > MOST:
         print(f"flockwire: no figures: they can show {MOST} flights or groups, not {len(names)}", file=sys.stderr)

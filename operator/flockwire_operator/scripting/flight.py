@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from flockwire_core.domain.time import nanoseconds
 from flockwire_core.domain.vector import Vector
-from flockwire_core.ground.director import LEAD_TIME, Director, Stage
+from flockwire_core.ground.director import LEAD_TIME, Stage
 from flockwire_core.ground.fleet import Fleet
 from flockwire_core.ground.operator import OperatorCore
 from flockwire_core.ground.order import Answer, Order
@@ -62,7 +62,7 @@ class Flight(ABC):
     async def start(self, formation: str = "") -> None:
         """Take off if necessary and fly `formation`, a name of [formations]; returns when all drones do."""
         self._known(formation)
-        director = self._director
+        director = self._core.director
         if director is not None and director.stage is Stage.FLYING:
             running = self._fleet().mission()
             if running is not None and running.start and running.formation != formation:
@@ -75,14 +75,14 @@ class Flight(ABC):
 
     async def hold(self) -> None:
         """Leave the formation and hover; returns when all drones do."""
-        if self._director is not None:
+        if self._core.director is not None:
             self._order("hold")
         await self.wait_for(Phase.HOLD)
 
     async def formation(self, name: str, duration: float | None = None) -> None:
         """Change to the formation `name` in `duration` s (None: the fewest within all limits); returns after it."""
         self._known(name)
-        if self._director is None or self._director.stage is not Stage.FLYING:
+        if self._core.director is None or self._core.director.stage is not Stage.FLYING:
             raise FlightError(f"formation {name!r}: no drone flies a formation")
         now = self._now()
         answers: list[Answer] = []
@@ -94,7 +94,7 @@ class Flight(ABC):
 
     async def land(self) -> None:
         """Land all drones where they are; returns when they are down."""
-        director = self._director
+        director = self._core.director
         if director is None:
             return
         self._order("land")
@@ -131,7 +131,7 @@ class Flight(ABC):
 
     async def _land_what_flies(self) -> None:
         """Land at the end of the script, if a flight is in progress."""
-        if self._director is not None and self._is_under_way:
+        if self._core.director is not None and self._is_under_way:
             self._order("land")
             await self._until(lambda: not self._is_under_way, "land", failing=True)
 
@@ -150,19 +150,14 @@ class Flight(ABC):
         return running.change.begin + nanoseconds(running.change.duration)
 
     @property
-    def _director(self) -> Director | None:
-        """The director of the newest flight; None before the first."""
-        return self._core.director
-
-    @property
     def _failure(self) -> str:
         """Why the newest flight failed; empty if it did not."""
-        return self._director.failure if self._director is not None else ""
+        return self._core.director.failure if self._core.director is not None else ""
 
     @property
     def _is_under_way(self) -> bool:
         """Whether the newest flight is in progress."""
-        return self._director is not None and self._director.stage is not Stage.OVER
+        return self._core.director is not None and self._core.director.stage is not Stage.OVER
 
     def _known(self, formation: str) -> None:
         if formation and formation not in self.swarm.formations:

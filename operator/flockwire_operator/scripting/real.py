@@ -43,15 +43,16 @@ class RealFlight(Flight):
         """Start all processes; returns when they run."""
         async with AsyncExitStack() as stack:
             stack.enter_context(unblocked())
+            self._processes = await stack.enter_async_context(AsyncExitStack())
             try:
-                children, self._operator = await stack.enter_async_context(running(self._host, Interrupts()))
+                children, self._operator = await self._processes.enter_async_context(running(self._host, Interrupts()))
             except UnansweredError as error:
                 raise FlightError(str(error)) from None
             self._core = self._operator.core
             restarts = Restarts(self._host.plan, children, _note)
-            stack.push_async_callback(restarts.end)
+            self._processes.push_async_callback(restarts.end)
             self._conducting = asyncio.create_task(self._operator.run(partial(self._look_after, restarts)))
-            stack.push_async_callback(self._end_conducting)
+            self._processes.push_async_callback(self._end_conducting)
             self._resources = stack.pop_all()
         return self
 
@@ -60,16 +61,17 @@ class RealFlight(Flight):
 
         If the flight has already failed, the script gets that failure.
         """
-        try:
-            await self._land_what_flies()
-        finally:
-            await self._resources.aclose()
-        out = self._host.out
-        try:
-            self.summary = write_report(out / "trace.mcap", out)
-        except (OSError, ValueError) as error:
-            if failure is None:
-                raise FlightError(f"there is no report: {error}") from error
+        async with self._resources:
+            try:
+                await self._land_what_flies()
+            finally:
+                await self._processes.aclose()
+            out = self._host.out
+            try:
+                self.summary = write_report(out / "trace.mcap", out)
+            except (OSError, ValueError) as error:
+                if failure is None:
+                    raise FlightError(f"there is no report: {error}") from error
 
     async def _end_conducting(self) -> None:
         self._conducting.cancel()

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping
-from math import isfinite
 from typing import Any
 
 from flockwire_core.control.convergence import convergence
@@ -13,13 +11,14 @@ from flockwire_core.swarm.formation_rules import survey_of
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import Status
+from pydantic_core import to_json
 
 Answer = dict[str, Any]
 
 
 def text(answer: Answer) -> str:
     """Return an answer as JSON; a number without a value is null."""
-    return json.dumps(_finite(answer), indent=2, ensure_ascii=False, allow_nan=False)
+    return to_json(answer, indent=2, inf_nan_mode="null").decode()
 
 
 def _observer(swarm: Swarm) -> Answer | None:
@@ -82,11 +81,3 @@ def _process(status: Status, now: int) -> Answer:
 
 def _known(figure: float) -> float | None:
     return None if figure < 0.0 else figure
-
-
-def _finite(value: Any) -> Any:  # noqa: ANN401  (any part of an answer)
-    if isinstance(value, dict):
-        return {key: _finite(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(inner) for inner in value]
-    return None if isinstance(value, float) and not isfinite(value) else value

@@ -7,6 +7,7 @@ and their processes end when the drones are down.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from flockwire_core.domain.time import SECOND
@@ -44,7 +45,7 @@ async def fly(
         try:
             async with (
                 Relays(faults if host.conducts else (), host.plan) as relays,
-                running(host, interrupted, relays.environments) as (children, operator),
+                running(replace(host, environments=relays.environments), interrupted) as (children, operator),
             ):
                 if host.conducts:
                     operator.conduct(duration, without)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import errno
 import socket
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from flockwire_core.locking import EXCLUSIVE, NOW, lock, opened
@@ -29,7 +29,10 @@ class PortInUseError(OSError):
 
 @dataclass(frozen=True, slots=True)
 class Host:
-    """One host: the swarm's plan and file, its name in [hosts], the folders of logs and of keys, the file of faults."""
+    """One host: the swarm's plan and file, its name in [hosts], the folders of logs and of keys, the file of faults.
+
+    `environments` has the environment variables that a process gets besides this one's, by identity.
+    """
 
     plan: Plan
     swarm_file: Path
@@ -37,6 +40,7 @@ class Host:
     out: Path
     keys: Path
     faults_file: Path | None = None
+    environments: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     @property
     def processes(self) -> tuple[str, ...]:

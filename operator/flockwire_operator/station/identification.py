@@ -115,14 +115,11 @@ def _half_widths(jacobian: Array, residuals: Array, clusters: npt.NDArray[np.int
     """Return half the width of each parameter's interval."""
     confidence = 0.95
     bread = np.linalg.pinv(jacobian.T @ jacobian)
-    labels = np.unique(clusters)
-    meat = np.zeros_like(bread)
-    for label in labels:
-        score = jacobian[clusters == label].T @ residuals[clusters == label]
-        meat += np.outer(score, score)
-    count, free = len(labels), jacobian.shape[1]
+    pulses = [clusters == label for label in np.unique(clusters)]
+    scores = np.array([jacobian[pulse].T @ residuals[pulse] for pulse in pulses])
+    count, free = len(scores), jacobian.shape[1]
     degrees = max(1, count - free)
-    alike = np.diag(bread @ meat @ bread) * count / degrees
+    alike = np.diag(bread @ scores.T @ scores @ bread) * count / degrees
     independent = np.diag(bread) * float(residuals @ residuals) / max(1, len(residuals) - free)
     wide: Array = student.ppf(0.5 + confidence / 2.0, degrees) * np.sqrt(np.maximum(alike, independent))
     return wide

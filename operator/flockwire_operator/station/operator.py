@@ -9,24 +9,23 @@ from __future__ import annotations
 
 import asyncio
 import secrets
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import partial
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
 from flockwire_core import clock
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground.delivery import Answered, OrderDelivery
 from flockwire_core.ground.director import GRACE, POLL_PERIOD
-from flockwire_core.ground.fleet import Fleet
 from flockwire_core.ground.operator import OperatorCore
 from flockwire_core.ground.order import Order
 from flockwire_core.objects import load_object
+from flockwire_core.process.cores import Core
 from flockwire_core.runtime.session import Session
 from flockwire_core.runtime.swarm_clock import SwarmClock
 from flockwire_core.swarm.model import Swarm
-from flockwire_core.wire.codec import Message
-from flockwire_core.wire.keys import TIME_REPLY, Key
+from flockwire_core.wire.keys import TIME_REPLY
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import OPERATOR
 
@@ -35,32 +34,27 @@ PLAN = "flockwire_core.ground.formation_planning:plan_in_time"  # needs the extr
 Result = TypeVar("Result")
 
 
-class Outer(Protocol):
-    """A core that has the operator's in it."""
-
-    operator: OperatorCore
-
-    def receive(self, key: Key, message: Message, now: int) -> None:
-        """Receive a message at `now` (Unix ns)."""
-
-    def step(self, now: int) -> Iterable[tuple[Key, Message]]:
-        """Return the messages to publish at `now` (Unix ns)."""
-
-
 class Operator:
     """Runs the core of `identity`, the operator or one with the same rights, on `session`.
 
-    `outer` is the core of `identity` if it does more than give orders.
+    `outer` is the core of `identity` if it does more than give orders; it has `core` in it.
     """
 
-    def __init__(self, plan: Plan, session: Session, identity: str = OPERATOR.kind, outer: Outer | None = None) -> None:
-        self.core = OperatorCore(plan, partial(secrets.randbits, 31)) if outer is None else outer.operator
+    def __init__(
+        self,
+        plan: Plan,
+        session: Session,
+        identity: str = OPERATOR.kind,
+        core: OperatorCore | None = None,
+        outer: Core | None = None,
+    ) -> None:
+        self.core = core or OperatorCore(plan, partial(secrets.randbits, 31))
         self.statuses, self.telemetry = self.core.statuses, self.core.telemetry
         self.clock = SwarmClock(plan, identity, session)
         self.clock.timekeeping.follow(self.core.correct)
         self.inputs = [session.buffered(key) for key in plan.subscribes[identity] if key.kind != TIME_REPLY]
         self._plan, self._session = plan, session
-        self._outer: Outer | OperatorCore = outer or self.core
+        self._outer: Core | OperatorCore = outer or self.core
         self._planning: dict[OrderDelivery, asyncio.Task[None]] = {}
         self.core.knows_time = self.clock.known()
 
@@ -73,11 +67,6 @@ class Operator:
                 self._outer.receive(source.inbox.key, message, now)
         self.core.knows_time = self.clock.known()
         return now
-
-    def fleet(self) -> Fleet:
-        """Return the current state of the fleet, without silent drones that are left out."""
-        now = self.poll()
-        return self.core.fleet(now).present()
 
     def conduct(self, duration: float, without: tuple[int, ...] = (), grace: int = GRACE) -> None:
         """Conduct a flight that was requested at the start of this process; the arguments are those of Director."""

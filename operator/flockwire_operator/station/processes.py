@@ -7,7 +7,7 @@ import contextlib
 import os
 import signal
 import subprocess
-from collections.abc import AsyncIterator, Iterable, Mapping
+from collections.abc import AsyncIterator, Iterable
 from itertools import groupby
 from pathlib import Path
 
@@ -35,12 +35,10 @@ class Children:
     """The running processes, by identity. Their standard error goes to HOST.out/logs/IDENTITY.log.
 
     They outlive this object and its loop (asyncio's own subprocesses are killed when they are collected).
-
-    `environments` has the environment variables that a process gets besides its own, by identity.
     """
 
-    def __init__(self, host: Host, environments: Mapping[str, Mapping[str, str]] | None = None) -> None:
-        self._host, self._environments = host, environments or {}
+    def __init__(self, host: Host) -> None:
+        self._host = host
         self.took_off: int | None = None  # time 0 of the flight's faults, Unix ns
         self._running: dict[str, subprocess.Popen[bytes]] = {}
         self._expected_exits: set[str] = set()
@@ -50,7 +48,7 @@ class Children:
     def start(self, identity: str) -> None:
         """Start the process of `identity`."""
         line = self._host.command_line(identity, self.took_off)
-        added = self._environments.get(identity, {})
+        added = self._host.environments.get(identity, {})
         with self.log(identity).open("ab") as log:
             self._running[identity] = subprocess.Popen(  # noqa: S603  (the command is this package's own)
                 line,
@@ -184,20 +182,16 @@ class UnansweredError(OSError):
 
 @contextlib.asynccontextmanager
 async def started(
-    host: Host,
-    identities: Iterable[str],
-    identity: str,
-    interrupted: Interrupts,
-    environments: Mapping[str, Mapping[str, str]] | None = None,
+    host: Host, identities: Iterable[str], identity: str, interrupted: Interrupts
 ) -> AsyncIterator[tuple[Children, Session]]:
     """Start the processes `identities` of `host`, and open the session of `identity`; all end with the context.
 
-    `environments` are those of Children. Raises PortInUseError, UnansweredError, CredentialsError.
+    Raises PortInUseError, UnansweredError, CredentialsError.
     """
     first = tuple(identities)
     if busy := busy_endpoint(host.plan, (identity, *first)):
         raise PortInUseError(busy)
-    children = Children(host, environments)
+    children = Children(host)
     try:
         for one in first:
             children.start(one)
@@ -211,17 +205,14 @@ async def started(
 
 
 @contextlib.asynccontextmanager
-async def running(
-    host: Host, interrupted: Interrupts, environments: Mapping[str, Mapping[str, str]] | None = None
-) -> AsyncIterator[tuple[Children, Operator]]:
+async def running(host: Host, interrupted: Interrupts) -> AsyncIterator[tuple[Children, Operator]]:
     """Run the processes of `host`, the router first, and the operator who sees them; they end with the context.
 
-    `environments` are those of Children. Raises PortInUseError and OtherFlightError before any process starts,
-    UnansweredError, CredentialsError.
+    Raises PortInUseError and OtherFlightError before any process starts, UnansweredError, CredentialsError.
     """
     with alone(host), flown(host.swarm_file, flown_by(host.plan.swarm, host.swarm_file, host.keys)):
         routers = [router for router in host.plan.routers if router in host.processes]
-        async with started(host, routers, OPERATOR.kind, interrupted, environments) as (children, session):
+        async with started(host, routers, OPERATOR.kind, interrupted) as (children, session):
             operator = Operator(host.plan, session)
             await start_processes(host, children, operator, interrupted)
             yield children, operator

@@ -74,7 +74,7 @@ async def flying(plan: Plan, keys: Path) -> tuple[str, ...]:
     with session:
         operator = Operator(plan, session)
         await operator.watch(LOOK_TIME)
-        states = operator.fleet().states
+        states = operator.core.fleet(operator.poll()).present().states
         airborne = [uav(drone) for drone, state in states.items() if state in IN_THE_AIR]
         now, linked = operator.poll(), set(session.linked())
         fresh = {identity for identity, status in operator.statuses.items() if now - status.stamp < STALE}

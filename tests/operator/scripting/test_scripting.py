@@ -2,11 +2,13 @@
 
 import asyncio
 import runpy
+import threading
 
 import pytest
 from flockwire_core import clock
 from flockwire_core.domain.time import SECOND
 from flockwire_core.ground import director
+from flockwire_core.runtime.standard_streams import later
 from flockwire_core.security.files import CredentialsError
 from flockwire_operator.scripting import FlightError, open_swarm, real
 from flockwire_operator.station import host as hosts
@@ -168,7 +170,7 @@ def test_a_change_that_was_planned_before_another_order_is_not_flown(opened, ver
             await flight.start()
 
             async def order_meanwhile():
-                getattr(flight._director, verb)(clock.now())
+                getattr(flight._core.director, verb)(clock.now())
                 await flight.sleep(0.3)
 
             def plan(_, made):
@@ -225,6 +227,18 @@ def test_without_a_trace_the_flights_own_failure_is_what_the_script_gets(opened_
         asyncio.run(fly(None))
     with pytest.raises(ZeroDivisionError):
         asyncio.run(fly(ZeroDivisionError()))
+
+
+def test_the_report_is_written_while_the_terminal_is_paused(opened_without_trace, monkeypatch):
+    written, before_it_resumed = threading.Event(), []
+    monkeypatch.setattr(real, "write_report", lambda *_: written.set())
+
+    async def fly():
+        async with opened_without_trace():
+            later(lambda: before_it_resumed.append(written.wait(5.0)))
+
+    asyncio.run(fly())
+    assert before_it_resumed == [True]
 
 
 @pytest.mark.long

@@ -68,7 +68,7 @@ def test_telemetry_is_of_the_drone_whose_key_it_came_on(make_plan, wire):
     wire.put("uav3", flying, "telemetry")
     operator.poll()
     assert operator.telemetry == {3: flying}
-    fleet = operator.fleet()
+    fleet = operator.core.fleet(operator.poll()).present()
     assert (fleet.states, fleet.fresh) == ({3: FlightState.FLYING}, {})
     assert "uav3" in fleet.not_down()
 
