@@ -44,7 +44,7 @@ class Clocks:
             return
         status = self.statuses[published.key.owner] = decode(Status, published.sample.payload)
         if published.at >= EPOCH + 11 * SECOND:
-            off = abs(published.sent - self.world.processes["gateway"].clock.read(published.at)) / 1e6
+            off = abs(published.sample.sent - self.world.processes["gateway"].clock.read(published.at)) / 1e6
             self.worst[status.identity] = max(off, self.worst.get(status.identity, 0.0))
 
 

@@ -67,7 +67,7 @@ def test_clocks_that_are_off_are_seen_in_the_stamps(fly: Fly) -> None:
     offsets: dict[str, set[int]] = {}
     for _, published, _ in flown.published:
         assert isinstance(published, Published)
-        offsets.setdefault(published.publisher.hex(), set()).add(published.sent - published.at)
+        offsets.setdefault(published.sample.publisher.hex(), set()).add(published.sample.sent - published.at)
     assert len({min(values) for values in offsets.values()}) >= 7
     assert all(abs(value) < 0.023 * SECOND for values in offsets.values() for value in values)
     assert flown.outcome.failure == ""
@@ -93,7 +93,9 @@ def test_a_restarted_process_has_no_state_and_the_flight_continues(fly: Fly) -> 
     flown = fly(None, {"at": 4.0, "kind": "restart", "process": "gateway"}, duration=12.0)
     assert flown.outcome.failure == ""
     assert not flown.of("pose", "uav2", 4.01, 4.49)
-    publishers = {published.publisher for _, published, _ in flown.published if published.key == ("pose", "uav2")}
+    publishers = {
+        published.sample.publisher for _, published, _ in flown.published if published.key == ("pose", "uav2")
+    }
     assert len(publishers) == 2
     assert formation_error(flown, 2, 11.5) < 0.05
 
@@ -114,6 +116,15 @@ def test_a_frozen_agent_is_silent_then_continues_and_counts_what_it_missed(fly: 
     frozen = flown.of("status", "uav3", 5.0, 5.2)[0][1]
     assert frozen.skipped >= 60
     assert flown.outcome.failure == ""
+
+
+def test_a_process_is_frozen_until_the_last_freeze_of_it_ends(fly: Fly) -> None:
+    freezes = [
+        {"at": at, "kind": "freeze", "process": "uav3", "duration": d} for at, d in ((4.0, 0.4), (4.1, 0.1), (4.3, 0.3))
+    ]
+    flown = fly(None, *freezes, duration=6.0)
+    assert not flown.of("command", "uav3", 4.005, 4.595)
+    assert flown.of("command", "uav3", 4.6, 4.65)
 
 
 def test_a_frozen_gateway_makes_every_agent_stop(fly: Fly) -> None:
@@ -205,7 +216,7 @@ def test_a_noise_burst_is_in_the_poses_while_it_lasts(fly: Fly) -> None:
 def test_a_clock_step_shows_in_what_the_process_sends(fly: Fly) -> None:
     flown = fly(None, {"at": 4.0, "kind": "clock", "process": "uav1", "step": 0.05}, duration=7.0)
     off = [
-        published.sent - published.at
+        published.sample.sent - published.at
         for t, published, _ in flown.published
         if published.key == ("command", "uav1") and t > 4.1
     ]
