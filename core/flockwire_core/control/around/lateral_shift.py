@@ -56,20 +56,11 @@ def lateral_shift(
         if s < r + (2.0 * r + ROUNDING) / slope:  # not passed
             s = max(min(s + early, 0.0), s)
             (own if abs(d) < r else others).append((s, d, r))
-    if not own:
-        return 0.0, 0.0
-    largest = max([r - d for _, d, r in own])
-    while (disc := _joining(own, others, largest)) is not None:
-        own.append(disc)
-        others.remove(disc)
-        largest = max(largest, disc[2] - disc[1])
-    return max([rounded(half_width(s, r, slope) - d) for s, d, r in own]), largest
-
-
-def _joining(own: Sequence[_Beside], others: Sequence[_Beside], largest: float) -> _Beside | None:
-    """Return the first of `others` that overlaps with one of `own` and that the line shifted by `largest` crosses."""
-    for disc in others:
-        s, d, r = disc
-        if abs(d + largest) < r and any(abs(s - t) < r + q for t, _, q in own):
-            return disc
-    return None
+    largest = max([r - d for _, d, r in own], default=0.0)
+    while joining := [
+        (s, d, r) for s, d, r in others if abs(d + largest) < r and any(abs(s - t) < r + q for t, _, q in own)
+    ]:
+        own.append(joining[0])
+        others.remove(joining[0])
+        largest = max(largest, joining[0][2] - joining[0][1])
+    return max([rounded(half_width(s, r, slope) - d) for s, d, r in own], default=0.0), largest

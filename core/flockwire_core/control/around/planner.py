@@ -10,7 +10,7 @@ the drone is there.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import ceil, dist, hypot, inf, sqrt
+from math import ceil, dist, hypot, sqrt
 from typing import Final
 
 from flockwire_core.control.around.lateral_shift import lateral_shift
@@ -28,9 +28,8 @@ SPARE: Final = 0.03  # m beyond the kept distance: the filter must not slow down
 SLOW: Final = 0.25  # m/s against the place, below which a drone stands in the formation
 SOON: Final = 1.0  # s, at most, for which a motion is continued: then it has changed
 BERTH: Final = 0.12  # m more, where the way is hardly longer or a place is fast: there the filter slows it down
-LONGER: Final = 0.3  # m that this way may be longer
 RIGHT: Final = 0.1  # m by which a way to the left must be shorter: drones that meet head on choose alike
-TURN: Final = 0.3  # m by which a way must be shorter to begin across the last one, or to pass on the other side
+LITTLE: Final = 0.3  # m more: so long a way keeps more berth, begins as the last one did, or passes on the same side
 STEADY: Final = 0.3  # of a change of the place's velocity that counts at a plan: a leader that weaves changes no side
 SIDEWAYS: Final = 0.4  # of the speed limit, at which a place leaves the way of a body
 ROUND: Final = 0.5  # m that a way round drones may be longer than one above or below them
@@ -38,8 +37,7 @@ EAST: Final = (0.8, 0.6)  # of two that pass so, the one on this side flies lowe
 MOST_KNOWN: Final = 32  # obstacles, besides those in sight: bounds the cost of a step
 MOST_AHEAD: Final = 6  # discs of a mover, and obstacles out of sight that a place passes, likewise
 
-Passed = tuple[float, float, list[Disc], float]
-"""What a place passes at a velocity, x and y, m/s, and by how many s it is met earlier."""
+Passed = tuple[float, float, list[Disc], float]  # velocity at which a place passes discs, m/s; s that it is early
 
 
 class Planner:
@@ -58,10 +56,9 @@ class Planner:
         self._forget()
 
     def _forget(self) -> None:
-        self._ahead: Corner = (0.0, 0.0)  # m from the place, what is flown to
-        self._rate: Corner = (0.0, 0.0)  # m/s, of that
+        self._ahead, self._rate = (0.0, 0.0), (0.0, 0.0)  # m from the place, what is flown to; its velocity, m/s
         self._rest, self._passes = 0.0, False  # m, the way from there; whether it passes above or below drones
-        self._turn, self._turned = (0.0, 0.0), 0.0  # m, TURN along the last way that was not straight; s, of that plan
+        self._turn, self._turned = (0.0, 0.0), 0.0  # m, LITTLE along the last way round something; s, of its plan
         self._side = 0.0  # on which the place passes what stands: 1 left, -1 right, 0 neither
 
     def correction(self, error: Vector, motion: Motion, velocity: Vector, bodies: Sequence[Body], now: float) -> Vector:
@@ -119,17 +116,17 @@ class Planner:
         else:
             self._ahead, self._rate, self._rest = way.ahead, (0.0, 0.0), max(way.length - AHEAD, 0.0)
             (x, y), self._turned = way.ahead, self._planned
-            self._turn = (TURN / AHEAD * (x - here[0]), TURN / AHEAD * (y - here[1]))
+            self._turn = (LITTLE / AHEAD * (x - here[0]), LITTLE / AHEAD * (y - here[1]))
 
     def _best_way(self, here: Corner, goal: Corner, obstacles: Sequence[Disc], drones: Sequence[Disc]) -> Way | None:
         """Return the way, with more berth where it is hardly longer; note whether it passes above or below drones."""
-        direct = self._way(here, goal, obstacles, [], 0.0)
-        way = self._way(here, goal, obstacles, drones, 0.0) if drones else direct
+        direct = self._way(here, goal, obstacles, 0.0)
+        way = self._way(here, goal, [*obstacles, *drones], 0.0) if drones else direct
         self._passes = direct is not None and (way is None or way.length > direct.length + ROUND)
         if self._passes or way is None:
             return direct
-        wide = self._way(here, goal, obstacles, drones, BERTH)
-        return wide if wide is not None and wide.length < way.length + LONGER else way
+        wide = self._way(here, goal, [*obstacles, *drones], BERTH)
+        return wide if wide is not None and wide.length < way.length + LITTLE else way
 
     def _remember(self, position: Vector, bodies: Sequence[Body]) -> None:
         """Note the obstacles in sight, before those that have left it: a dead end is not entered again."""
@@ -201,7 +198,7 @@ class Planner:
 
     def _beside(self, goal: Corner, here: Corner, passed: Passed, drones: Sequence[Disc], t: float) -> Corner:
         """Return `goal` beside what it passes, on the side with the shorter way, away from drones; keep that side."""
-        (x, y), (vx, vy, discs, early), least, chosen = goal, passed, inf, 0.0
+        (x, y), (vx, vy, discs, early), found = goal, passed, list[tuple[float, float, Corner]]()
         speed = hypot(vx, vy)
         along, slope = (vx / speed, vy / speed), SIDEWAYS * self._guard.speed / speed
         if not early:  # a mover is met earlier instead
@@ -211,25 +208,23 @@ class Planner:
             shift, most = lateral_shift((x + t * vx, y + t * vy), along, discs, side, slope, early * speed)
             there = (x - side * most * along[1], y + side * most * along[0])
             cost = most + dist(here, there) + (RIGHT if side > 0.0 else 0.0)
-            cost += TURN if side == -self._side and not early else 0.0
+            cost += LITTLE if side == -self._side and not early else 0.0
             for cx, cy, r in drones:
                 cost += 2.0 * max(r - dist(there, (cx, cy)), 0.0)
-            if cost < least:
-                goal, least = (x - side * shift * along[1], y + side * shift * along[0]), cost
-                chosen = side if most > 0.0 else 0.0
+            shifted = (x - side * shift * along[1], y + side * shift * along[0])
+            found.append((cost, side if most > 0.0 else 0.0, shifted))
+        _, side, goal = min(found)
         if not early:
-            self._side = chosen
+            self._side = side
         return goal
 
-    def _way(
-        self, here: Corner, goal: Corner, obstacles: Sequence[Disc], drones: Sequence[Disc], berth: float
-    ) -> Way | None:
+    def _way(self, here: Corner, goal: Corner, discs: Sequence[Disc], berth: float) -> Way | None:
         """Return the shortest way with `berth` m more; discs never reach to where it begins and ends."""
-        discs = [
+        kept = [
             (x, y, min(r + berth, dist((x, y), here) - 2.0 * TOUCH, dist((x, y), goal) - 2.0 * TOUCH))
-            for x, y, r in (*obstacles, *drones)
+            for x, y, r in discs
         ]
-        return shortest_way(here, goal, [disc for disc in discs if disc[2] > 0.0], AHEAD, RIGHT, self._turn)
+        return shortest_way(here, goal, [disc for disc in kept if disc[2] > 0.0], AHEAD, RIGHT, self._turn)
 
 
 def together(discs: Sequence[Disc], times: list[float]) -> list[float]:

@@ -16,7 +16,8 @@ TOUCH: Final = 1e-6  # m by which a way may enter a disc: rounding
 
 Edge = tuple[float, float, float, float, float, float]
 """Where a tangent leaves and arrives, x and y, m; its direction, a unit vector."""
-_Node = tuple[int, int, float, Edge]  # node before, disc, side, tangent that arrives
+_Turn = tuple[int, float]  # disc, side
+_Node = tuple[int, float, Edge, int]  # disc, side, tangent that arrives, first node of the way
 _Step = tuple[float, float, int, int, float, float, Edge]  # f, g, node before, disc, side, arc, tangent
 
 
@@ -100,60 +101,46 @@ def shortest_way(
         return Way(0.0, goal, 0.0)
     targets = [(k, to, (x, y, to * r)) for k, (x, y, r) in enumerate(discs) for to in (1.0, -1.0)]
     targets.append((len(discs), 0.0, (goal[0], goal[1], 0.0)))
+    dear = hypot(turn[0], turn[1])
     queue: list[_Step] = []
     arrival: Edge = (start[0], start[1], start[0], start[1], 0.0, 0.0)
-    nodes: list[_Node] = [(-1, -1, 0.0, arrival)]  # settled; first the start
-    closed: set[tuple[int, float]] = set()
+    nodes: list[_Node] = [(-1, 0.0, arrival, 0)]  # settled; first the start
+    closed: set[_Turn] = set()
     at, g, here, side = (start[0], start[1], 0.0), 0.0, -1, 0.0
     while len(nodes) <= MOST_EXPANSIONS:
         for k, to, circle in targets:
-            edge = tangent(at, circle) if k != here and (k, to) not in closed else None
+            edge = tangent(at, circle) if (k, to) not in closed else None  # none to itself
             if edge is None:
                 continue
             angle = arc(side, arrival, edge)
             if angle <= LONGEST_ARC:
                 length = g + abs(at[2]) * angle + hypot(edge[2] - edge[0], edge[3] - edge[1])
-                length += _dearer(edge, to, right, turn) if here < 0 else 0.0
+                if here < 0 and to:
+                    length += dear - turn[0] * edge[4] - turn[1] * edge[5] + right * max(-to, 0.0)
                 rest = hypot(goal[0] - edge[2], goal[1] - edge[3])
                 heappush(queue, (length + rest, length, len(nodes) - 1, k, to, angle, edge))
         step = _next_step(queue, closed, nodes, discs)
         if step is None:
             return None
         _, g, before, here, side, _, arrival = step
-        nodes.append((before, here, side, arrival))
+        nodes.append((here, side, arrival, nodes[before][3] or len(nodes)))
         if here == len(discs):
-            return _found(nodes, g, ahead)
+            _, side, (px, py, qx, qy, ux, uy), _ = nodes[nodes[-1][3]]
+            part = ahead if side else min(ahead, hypot(qx - px, qy - py))
+            return Way(g, (px + part * ux, py + part * uy), side)
         closed.add((here, side))
         at = (discs[here][0], discs[here][1], side * discs[here][2])
     return None
 
 
-def _dearer(edge: Edge, side: float, right: float, turn: Corner) -> float:
-    """Return by how many m a way counts as longer that begins with this tangent, to a disc on its `side`."""
-    more = hypot(turn[0], turn[1]) - turn[0] * edge[4] - turn[1] * edge[5] + (right if side < 0.0 else 0.0)
-    return more if side else 0.0
-
-
-def _next_step(
-    queue: list[_Step], closed: set[tuple[int, float]], nodes: list[_Node], discs: Sequence[Disc]
-) -> _Step | None:
+def _next_step(queue: list[_Step], closed: set[_Turn], nodes: list[_Node], discs: Sequence[Disc]) -> _Step | None:
     """Take from the queue up to the first step that is free and leads to what is not settled."""
     while queue:
         step = heappop(queue)
         _, _, before, k, to, turn, edge = step
-        _, disc, side, arrival = nodes[before]
+        disc, side, arrival, _ = nodes[before]
         if (k, to) in closed or not is_free(edge, discs, disc, k):
             continue
         if turn == 0.0 or _is_arc_free(disc, side, arrival, turn, discs):
             return step
     return None
-
-
-def _found(nodes: list[_Node], length: float, ahead: float) -> Way:
-    """Return the way that ends at the last of the settled `nodes`."""
-    before, _, side, edge = nodes[-1]
-    while before > 0:
-        before, _, side, edge = nodes[before]
-    px, py, qx, qy, ux, uy = edge
-    part = ahead if side else min(ahead, hypot(qx - px, qy - py))
-    return Way(length, (px + part * ux, py + part * uy), side)
