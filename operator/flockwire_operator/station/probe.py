@@ -12,7 +12,6 @@ import json
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from datetime import timedelta
 from pathlib import Path
@@ -65,7 +64,7 @@ def probe(
 
     `show` gets each deviation, `advance` the next attacker and the number of those done.
     """
-    second_look = 4  # times as long after a blocked key: a busy machine is not a refusal
+    looks = (1, 4, 4, 4)  # times as long; another one while a key is blocked: a busy machine is not a refusal
     observations: list[AttackResult] = []
     found = [
         Deviation(identity, "", "silent", "", "", leak=False)
@@ -73,19 +72,19 @@ def probe(
         if identity not in _alive(operator)
     ]
 
-    def deviating(observed: list[AttackResult], alive: frozenset[str]) -> list[Deviation]:
-        return [deviation for one in observed for deviation in deviations(plan, one, alive & _alive(operator))]
-
     with tempfile.TemporaryDirectory() as scratch:
         for count, group in enumerate(attackers(plan, keys, Path(scratch))):
             advance(f"attacks as {group[0].identity}", count)
             alive = _alive(operator)
-            observed = list(_attack(plan, keys, group, operator))
-            if any(not deviation.leak for deviation in deviating(observed, alive)):
-                again = _attack(plan, keys, group, operator, second_look)
-                observed = [first | second for first, second in zip(observed, again, strict=True)]
+            observed: list[AttackResult] = []
+            for patience in looks:
+                seen = list(_attack(plan, keys, group, operator, patience))
+                observed = [first | second for first, second in zip(observed or seen, seen, strict=True)]
+                living = alive & _alive(operator)
+                new = [deviation for one in observed for deviation in deviations(plan, one, living)]
+                if all(deviation.leak for deviation in new):
+                    break
             observations += observed
-            new = deviating(observed, alive)
             found += new
             for deviation in new:
                 show(deviation.sentence())
@@ -158,15 +157,14 @@ def write(plan: Plan, observations: list[AttackResult], found: list[Deviation], 
 
 
 def _attack(
-    plan: Plan, keys: Path, group: tuple[Attacker, ...], operator: Operator, patience: int = 1
+    plan: Plan, keys: Path, group: tuple[Attacker, ...], operator: Operator, patience: int
 ) -> Iterator[AttackResult]:
-    """Link and receive in all modes at once, but publish in one after the other, to know the publisher."""
+    """Receive in all modes at once, but publish in one after the other, to know the publisher."""
     receiving = 0.6  # s, longer than the gateway takes to repeat an order
     settling = 0.3  # s, longer than two statuses take
-    with ExitStack() as stack, ThreadPoolExecutor(len(group)) as pool:
-        opened = pool.map(lambda attacker: Attack(plan, attacker, str(keys / "ca.crt"), patience), group)
-        attacks = [stack.enter_context(attack) for attack in opened]
-        links = list(pool.map(Attack.link, attacks))
+    with ExitStack() as stack:
+        attacks = [stack.enter_context(Attack(plan, attacker, str(keys / "ca.crt"), patience)) for attacker in group]
+        links = [attack.link() for attack in attacks]
         for attack in attacks:
             attack.subscribe()
         _watch(operator, patience * receiving)
