@@ -69,7 +69,7 @@ def _in_order(times: array[int], values: Floats) -> Samples:
 
 def series_of(columns: Columns) -> Series:
     """Return the added messages, in the order of their stamps."""
-    rows = np.frombuffer(bytes(columns.rows), [("times", "<i8", 4), ("values", "<f8", columns.width)])
+    rows = np.frombuffer(columns.rows.getvalue(), [("times", "<i8", 4), ("values", "<f8", columns.width)])
     rows = rows[np.argsort(rows["times"][:, 0], kind="stable")]
     values, orientations = np.split(rows["values"], [3 if columns.oriented else columns.width], axis=1)
     stamps, published, logged, sequences = np.ascontiguousarray(rows["times"].T)
