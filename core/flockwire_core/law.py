@@ -241,6 +241,7 @@ class Decision(Record):
         self.stamp: Final = stamp  # Unix ns for which the message is valid; 0: now
 
 
+@mypyc_attr(native_class=False)  # else no user's class could inherit from it
 class Law(Protocol):
     """A control law of one follower; all but `step` may be missing.
 
