@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from flockwire_core.process.stopwatch import SLOW
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.information import relays
 from flockwire_core.wire.status import APART, LAW_FAILED, LEFT_OUT
@@ -139,8 +140,9 @@ def _record(trace: Trace, figures: Summary, no_formation: str) -> tuple[Check, .
     bounds, gap = trace.swarm.checks, gaps.longest_gap(trace)
     slowest = min((share for share in figures.rate.values() if share is not None), default=None)
     where = gaps.where(trace, gap) if gap.length > bounds.recording_gap else ""
+    slow = tuple({text.partition(":")[0]: text for text in trace.reasons[SLOW]}.values())  # the last of each drone
     return (
-        _at_least("control rate", slowest, bounds.control_rate, "of the steps", no_formation),
+        _at_least("control rate", slowest, bounds.control_rate, "of the steps", no_formation, _listed(slow)),
         _at_most("recording", gap.length, bounds.recording_gap, "s", "", "without recorded messages", where),
         Check("lost messages", float(trace.lost), 0.0, trace.lost == 0, "none"),
     )
@@ -156,9 +158,9 @@ def _listed(sentences: tuple[str, ...]) -> str:
     return "; ".join(sentences[:most_named]) + (f"; and {more} more" if more > 0 else "")
 
 
-def _at_least(name: str, value: float | None, limit: float, unit: str, reason: str) -> Check:
+def _at_least(name: str, value: float | None, limit: float, unit: str, reason: str, note: str = "") -> Check:
     ok = value is not None and value >= limit
-    return Check(name, value, limit, ok, f"at least {limit:g} {unit}", unit, "" if value is not None else reason)
+    return Check(name, value, limit, ok, f"at least {limit:g} {unit}", unit, note if value is not None else reason)
 
 
 def _at_most(name: str, value: float | None, limit: float, unit: str, reason: str, rule: str, note: str = "") -> Check:

@@ -10,6 +10,7 @@ from typing import Final
 
 from flockwire_core.domain.bids import Bids, held_place
 from flockwire_core.domain.order import Mission, Stop, Version
+from flockwire_core.process.stopwatch import SLOW
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import ROWS, Key
@@ -25,7 +26,7 @@ from flockwire_analysis.series import Samples, movers_of, series_of, signals_of
 DAY: Final = 86_400 * 1_000_000_000  # ns
 FOREVER: Final = 1 << 61  # ns
 WATCHED = frozenset(kind for kind, row in ROWS.items() if row.message in (Mission, Stop, Bids, Status))
-REASONS: Final = (LAW_FAILED, LEFT_OUT, APART, MOTORS_OFF)  # codes of those that are judged
+REASONS: Final = (LAW_FAILED, LEFT_OUT, APART, MOTORS_OFF, SLOW)  # codes of those that are judged
 FOLLOWED: Final = 20  # messages in succession that show that the clock was set by more than a day
 
 

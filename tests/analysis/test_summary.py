@@ -11,6 +11,7 @@ from flockwire_analysis.separation import surface_distance
 from flockwire_analysis.summary import summarise
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
+from flockwire_core.process.stopwatch import SLOW
 from flockwire_core.swarm.tables import Obstacle
 from flockwire_core.wire.keys import Key
 
@@ -122,6 +123,13 @@ def test_a_slow_agent_fails(fly):
     check = named(summary_of(fly(begin=-1.0, end=6.0, skipped=40)))["control rate"]
     assert check.value == pytest.approx(1.0 - 40 / 600, abs=2e-3)
     assert not check.ok
+
+
+def test_a_slow_agent_whose_law_is_slow_says_so(fly):
+    trace = read_trace(fly(begin=-1.0, end=6.0, skipped=40))
+    told = ("uav1: its law takes 12 ms", "uav2: its law takes 11 ms", "uav1: its law takes 13 ms")
+    check = named(summarise(replace(trace, reasons=trace.reasons | {SLOW: told})))["control rate"]
+    assert "uav1: its law takes 13 ms; uav2: its law takes 11 ms" in check.sentence()
 
 
 def test_poses_slower_than_the_control_rate_are_not_missed_steps(fly):
