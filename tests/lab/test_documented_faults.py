@@ -9,8 +9,11 @@ from typing import Any, get_args
 
 import pytest
 from flockwire_core.domain.airframe import FlightState
+from flockwire_core.loading import load_swarm
+from flockwire_core.swarm.wording import InputError
 from flockwire_core.wire.plan import Plan
-from flockwire_lab.faults.file import parse_faults
+from flockwire_lab.faults.file import NOBODY, parse_faults
+from flockwire_lab.faults.injection import possible_faults
 from flockwire_lab.faults.kinds import Fault
 from flockwire_operator.station.fault_injection import refusal
 
@@ -45,6 +48,18 @@ def test_of_the_file_of_the_page_a_real_flight_refuses_what_the_page_says(
     ]
     page = " ".join(PAGE.read_text(encoding="utf-8").split())
     assert "only `sim` can inject: the `clock`, and `loss` and `reordering` of the `link`" in page
+
+
+def test_it_can_be_injected_into_the_swarm_beside_it(tables: list[dict[str, Any]]) -> None:
+    plan = Plan(load_swarm((ROOT / FILE).with_name("swarm.toml")))
+    assert len(possible_faults({"faults": tables}, plan, FILE)) == len(tables)
+
+
+def test_a_fault_that_no_drone_can_have_says_so(make_plan: Callable[..., Plan]) -> None:
+    wear = {"at": 1.0, "kind": "wear", "drone": 1, "mass": 1.1}
+    with pytest.raises(InputError) as refused:
+        parse_faults({"faults": [wear]}, make_plan(), "wrong.toml")
+    assert str(refused.value).endswith(f"by its airframe or part; {NOBODY}")
 
 
 def test_the_file_of_the_page_has_every_kind(tables: list[dict[str, Any]]) -> None:

@@ -26,6 +26,8 @@ from pydantic import Field
 from flockwire_lab.faults.kinds import Fault
 from flockwire_lab.faults.targets import targets
 
+NOBODY = "no drone of this swarm can have it"
+
 
 class _File(Model):
     faults: Items[Annotated[Fault, Field(discriminator="kind")]] = ()
@@ -67,6 +69,7 @@ def _problems(faults: tuple[Fault, ...], plan: Plan) -> Iterator[str]:
             if number not in known:
                 spared = f"{fault.kind} cannot happen to it, by its airframe or part"
                 rule = spared if number in plan.pilot else "there is no such drone"
-                yield f"{key}.{name} = {number}: {rule}; must be one of {list(known)}"
+                must = f"must be one of {list(known)}" if known else NOBODY
+                yield f"{key}.{name} = {number}: {rule}; {must}"
         for name, problem in fault.problems(plan):
             yield f"{key}.{name} = {problem}"
