@@ -37,6 +37,11 @@ def test_a_terminal_shows_what_is_done(terminal, monkeypatch):
     assert text.endswith("end")
 
 
+def test_in_the_background_nothing_is_drawn(terminal, monkeypatch):
+    monkeypatch.setattr("os.tcgetpgrp", lambda _: 1)
+    assert shown(monkeypatch, "xterm", terminal) == "end"
+
+
 def test_a_terminal_without_a_cursor_and_a_file_show_nothing(terminal, monkeypatch, capsys):
     assert shown(monkeypatch, "dumb", terminal) == "end"
     with progress("begins"):
