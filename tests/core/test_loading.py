@@ -7,7 +7,7 @@ import pytest
 from flockwire_core.loading import SwarmFileError, load_swarm, parse_swarm, read_swarm
 from flockwire_core.swarm.laws import BUILT_IN
 from flockwire_core.swarm.model import Swarm
-from flockwire_core.swarm.reading import CONTROLS, LARGEST_TOML
+from flockwire_core.swarm.reading import CONTROLS, LARGEST_TOML, TOO_LONG
 from flockwire_core.swarm.validation import MORE, MOST
 from flockwire_core.wire.plan import Plan
 from flockwire_lab.faults.file import load_faults
@@ -322,7 +322,8 @@ def test_a_deep_or_huge_file_is_refused_in_one_short_line(tmp_path, text):
         load_swarm(path)
     assert len(str(refused.value)) < 300
     assert "\n" not in str(refused.value)
-    assert any(rule in str(refused.value) for rule in ("more than 16 tables or lists", "not TOML", "bytes, must have"))
+    rules = ("more than 16 tables or lists", "not TOML", TOO_LONG, "bytes, must have")
+    assert any(rule in str(refused.value) for rule in rules)
 
 
 def test_more_drones_than_there_are_numbers_are_refused(swarm_table):

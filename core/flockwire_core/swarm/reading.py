@@ -18,6 +18,7 @@ NO_TEXT = "is not UTF-8 text"
 LARGEST, LARGEST_TOML = 64_000_000, 4_000_000  # bytes
 DEEPEST = 16  # tables and lists in each other
 TOO_DEEP = f"has more than {DEEPEST} tables or lists in each other"
+TOO_LONG = "holds a number of more than 4300 digits"
 _DEEP_KEY = re.compile(  # too deep; the parser's time and memory grow with its square
     rf"""(?<![\w\\-])(?:(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){{{DEEPEST}}}"""
 )
@@ -82,8 +83,8 @@ def read_toml(path: Path, what: str, refusal: type[ValueError]) -> dict[str, Any
         raise refusal(f"{path}: {_syntax(str(error), text, quoted)}") from error
     except RecursionError:
         raise refusal(f"{path}: {TOO_DEEP}") from None
-    except ValueError as error:  # a number of more digits than Python reads
-        raise refusal(f"{path}: not TOML: {error}") from None
+    except ValueError:  # Python reads no more digits; no number of a file has as many
+        raise refusal(f"{path}: {TOO_LONG}") from None
     if lines := _flaws(table):
         raise refusal("\n".join(f"{path}: {line}" for line in lines))
     return table
