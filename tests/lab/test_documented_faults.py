@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
@@ -15,7 +16,7 @@ from flockwire_core.wire.plan import Plan
 from flockwire_lab.faults.file import NOBODY, parse_faults
 from flockwire_lab.faults.injection import possible_faults
 from flockwire_lab.faults.kinds import Fault
-from flockwire_operator.station.fault_injection import refusal
+from flockwire_operator.station.fault_injection import unable
 
 ROOT = Path(__file__).parents[2]
 FILE = "examples/fault_campaign/every_kind.toml"
@@ -39,8 +40,9 @@ def test_of_the_file_of_the_page_a_real_flight_refuses_what_the_page_says(
     make_plan: Callable[..., Plan], tables: list[dict[str, Any]]
 ) -> None:
     plan = make_plan(WEARS)
-    refused = refusal(parse_faults({"faults": tables}, plan, "wrong.toml"), plan, next(iter(plan.swarm.hosts)))
-    keys = [line.partition(" = ")[0].split(".") for line in refused.split("\n")]
+    with pytest.raises(InputError) as refused:
+        parse_faults({"faults": tables}, plan, "wrong", partial(unable, plan, next(iter(plan.swarm.hosts))))
+    keys = [line.partition(": ")[2].partition(" = ")[0].split(".") for line in str(refused.value).split("\n")]
     assert [(tables[int(place)]["kind"], key) for _, place, key in keys] == [
         ("link", "loss"),
         ("link", "reordering"),
@@ -53,6 +55,22 @@ def test_of_the_file_of_the_page_a_real_flight_refuses_what_the_page_says(
 def test_it_can_be_injected_into_the_swarm_beside_it(tables: list[dict[str, Any]]) -> None:
     plan = Plan(load_swarm((ROOT / FILE).with_name("swarm.toml")))
     assert len(possible_faults({"faults": tables}, plan, FILE)) == len(tables)
+
+
+def test_all_mistakes_are_named_at_once(make_plan: Callable[..., Plan], tables: list[dict[str, Any]]) -> None:
+    plan = make_plan(WEARS)
+    wrong = [*tables, {"at": 20.0, "kind": "tracker", "drone": 9, "duration": 0.4}, {"at": 21.0, "kind": "kil"}]
+    with pytest.raises(InputError) as refused:
+        parse_faults({"faults": wrong}, plan, "wrong", partial(unable, plan, next(iter(plan.swarm.hosts))))
+    named = [line.split(": ")[1].partition(" = ")[0] for line in str(refused.value).split("\n")]
+    last = len(tables)
+    assert named == [
+        f"faults.{last + 1}.kind",
+        "faults.3.loss",
+        "faults.3.reordering",
+        "faults.5.kind",
+        f"faults.{last}.drone",
+    ]
 
 
 def test_a_fault_that_no_drone_can_have_says_so(make_plan: Callable[..., Plan]) -> None:

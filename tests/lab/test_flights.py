@@ -17,7 +17,7 @@ from flockwire_core.law import Decision, LawSettings, Observation
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.codec import encode
 from flockwire_core.wire.plan import Plan
-from flockwire_lab.faults.injection import refusal
+from flockwire_lab.faults.injection import unable
 from flockwire_lab.faults.kinds import Kill
 from flockwire_lab.process import Published
 
@@ -138,9 +138,8 @@ def test_a_frozen_gateway_makes_every_agent_stop(fly: Fly) -> None:
 def test_a_swarm_with_a_router_flies_without_it(fly: Fly, make_plan: Callable[..., Plan]) -> None:
     flown = fly({"network.mode": "router"}, duration=4.0)
     assert flown.outcome.failure == ""
-    assert refusal((Kill(at=1.0, kind="kill", process="router"),), make_plan({"network.mode": "router"})).startswith(
-        "faults.0.process = 'router': "
-    )
+    (line,) = unable(make_plan({"network.mode": "router"}), "faults.0", Kill(at=1.0, kind="kill", process="router"))
+    assert line.startswith("faults.0.process = 'router': ")
 
 
 def test_a_cut_edge_drops_only_the_receiver(fly: Fly) -> None:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from functools import partial
 from typing import Any
 
 from flockwire_core.domain.time import nanoseconds
-from flockwire_core.swarm.wording import InputError
 from flockwire_core.wire.plan import Plan
 
 from flockwire_lab.faults.file import parse_faults
@@ -18,21 +18,15 @@ from flockwire_lab.virtual_time import Action, Scheduler
 RESTART_TIME = 0.5  # s that a process takes to restart
 
 
-def refusal(faults: tuple[Fault, ...], plan: Plan) -> str:
-    """Return a line about each fault that virtual time does not support, empty if there is none."""
-    return "\n".join(
-        f"faults.{place}.process = {fault.process!r}: does not exist in virtual time; cut or partition links instead"
-        for place, fault in enumerate(faults)
-        if isinstance(fault, Kill | Freeze | Restart | ClockStep) and fault.process in plan.routers
-    )
+def unable(plan: Plan, key: str, fault: object) -> Iterator[str]:
+    """Yield a line about a fault that virtual time does not support."""
+    if isinstance(fault, Kill | Freeze | Restart | ClockStep) and fault.process in plan.routers:
+        yield f"{key}.process = {fault.process!r}: does not exist in virtual time; cut or partition links instead"
 
 
 def possible_faults(table: dict[str, Any], plan: Plan, origin: str, *file: type[Any]) -> tuple[Any, ...]:
-    """Return the faults of `table` as `parse_faults` does; raises InputError also for those that `refusal` names."""
-    faults = parse_faults(table, plan, origin, *file)
-    if cannot := refusal(faults, plan):
-        raise InputError("\n".join(f"{origin}: {line}" for line in cannot.split("\n")))
-    return faults
+    """Return the faults of `table` for virtual time as `parse_faults` does."""
+    return parse_faults(table, plan, origin, partial(unable, plan), *file)
 
 
 class FaultInjector:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -42,15 +43,13 @@ def up(
     """Start all processes of this host, fly, land, report."""
     from flockwire_operator.cli.verdict import conclude  # noqa: PLC0415
     from flockwire_operator.station.conduct import fly  # noqa: PLC0415
-    from flockwire_operator.station.fault_injection import refusal  # noqa: PLC0415
+    from flockwire_operator.station.fault_injection import unable  # noqa: PLC0415
     from flockwire_operator.station.host import Host  # noqa: PLC0415
 
     plan = load(swarm)
     loaded = plan.swarm
-    wrong = faults_of(faults, plan)
     here = this_host(loaded, host)
-    if cannot := refusal(wrong, plan, here):
-        refuse("\n".join(f"{faults}: {line}" for line in cannot.split("\n")))
+    wrong = faults_of(faults, plan, partial(unable, plan, here))
     if without and not plan.conducts(here):
         refuse(f"--without: host {here!r} gives no orders; use it on the recorder's host")
     absent = left_out(plan, without)
@@ -103,14 +102,12 @@ def sim(
     verbose: Verbose = False,
 ) -> None:
     """Fly the same swarm in virtual time, many times faster; report."""
-    from flockwire_lab.faults.injection import refusal  # noqa: PLC0415
+    from flockwire_lab.faults.injection import unable  # noqa: PLC0415
     from flockwire_lab.flight import Flight  # noqa: PLC0415
 
     plan = Plan(load(swarm).swarm.in_simulation())
     loaded = plan.swarm
-    wrong = faults_of(faults, plan)
-    if cannot := refusal(wrong, plan):
-        refuse("\n".join(f"{faults}: {line}" for line in cannot.split("\n")))
+    wrong = faults_of(faults, plan, partial(unable, plan))
     absent = left_out(plan, without)
     _predict(loaded, duration, verbose)
     flight = Flight(loaded, seed, duration, wrong, absent)

@@ -21,6 +21,7 @@ from flockwire_operator.station.flown import Flown, as_flown
 from flockwire_operator.station.folders import check_no_trace, complete_keys, keys_folder
 
 if TYPE_CHECKING:
+    from flockwire_lab.faults.file import Unable
     from flockwire_lab.faults.kinds import Fault
 
 ADDRESSES = "FLOCKWIRE_BY_NAME"  # set if each process has its own host, or container, of its name
@@ -132,14 +133,14 @@ def planned(swarm: Swarm) -> Plan:
     return Plan(swarm, by_name=ADDRESSES in os.environ)
 
 
-def faults_of(path: Path | None, plan: Plan) -> tuple[Fault, ...]:
-    """Return the faults of a file, empty without one; or refuse it."""
+def faults_of(path: Path | None, plan: Plan, *unable: Unable) -> tuple[Fault, ...]:
+    """Return the faults of a file as `load_faults` does, empty without one; or refuse it."""
     if path is None:
         return ()
     from flockwire_lab.faults.file import load_faults  # noqa: PLC0415  (0.3 MB)
 
     with refused():
-        return load_faults(path, plan)
+        return load_faults(path, plan, *unable)
 
 
 def made_keys(file: Path, plan: Plan, keys: Path | None, host: str) -> Path:

@@ -19,14 +19,8 @@ from flockwire_operator.station.host import Host
 from flockwire_operator.station.processes import Children
 
 
-def refusal(faults: tuple[Fault, ...], plan: Plan, host: str) -> str:
-    """Return a line about each value of a fault that `up` on `host` cannot inject; empty if there is none."""
-    return "\n".join(
-        line for place, fault in enumerate(faults) for line in _lines(f"faults.{place}", fault, plan, host)
-    )
-
-
-def _lines(key: str, fault: Fault, plan: Plan, host: str) -> list[str]:
+def unable(plan: Plan, host: str, key: str, fault: Fault) -> list[str]:
+    """Return a line about each value of a fault that `up` on `host` cannot inject."""
     if fault.sim_only:
         return [f"{key}.kind = {fault.kind!r}: only `flockwire sim` can do this; a real flight cannot"]
     if isinstance(fault, LinkFault) and (lines := list(links.refusals(key, fault, plan, host))):

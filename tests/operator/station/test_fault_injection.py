@@ -7,7 +7,7 @@ import pytest
 from flockwire_core.runtime.job import read_detours
 from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.relay.links import Relays, directions
-from flockwire_operator.station.fault_injection import FaultInjector, refusal
+from flockwire_operator.station.fault_injection import FaultInjector, unable
 from flockwire_operator.station.host import Host
 
 CUT = {"at": 1.0, "kind": "cut", "from": "uav1", "to": "uav2", "duration": 1.0}
@@ -32,6 +32,12 @@ TWO_HOSTS = {"hosts": {"ground": {"address": "10.0.0.1"}, "air": {"address": "10
 
 def read(plan, *tables):
     return parse_faults({"faults": list(tables)}, plan, "f.toml")
+
+
+def refusal(faults, plan, host):
+    return "\n".join(
+        line for place, fault in enumerate(faults) for line in unable(plan, host, f"faults.{place}", fault)
+    )
 
 
 def test_a_flight_takes_what_tcp_can_do(make_plan):
