@@ -64,7 +64,6 @@ def probe(
 
     `show` gets each deviation, `advance` the next attacker and the number of those done.
     """
-    looks = (1, 4, 4, 4)  # times as long; another one while a key is blocked: a busy machine is not a refusal
     observations: list[AttackResult] = []
     found = [
         Deviation(identity, "", "silent", "", "", leak=False)
@@ -75,15 +74,7 @@ def probe(
     with tempfile.TemporaryDirectory() as scratch:
         for count, group in enumerate(attackers(plan, keys, Path(scratch))):
             advance(f"attacks as {group[0].identity}", count)
-            alive = _alive(operator)
-            observed: list[AttackResult] = []
-            for patience in looks:
-                seen = list(_attack(plan, keys, group, operator, patience))
-                observed = [first | second for first, second in zip(observed or seen, seen, strict=True)]
-                living = alive & _alive(operator)
-                new = [deviation for one in observed for deviation in deviations(plan, one, living)]
-                if all(deviation.leak for deviation in new):
-                    break
+            observed, new = _look(plan, keys, group, operator)
             observations += observed
             found += new
             for deviation in new:
@@ -154,6 +145,21 @@ def write(plan: Plan, observations: list[AttackResult], found: list[Deviation], 
         f"flockwire: {leaks} leaks, {len(found) - leaks} blocked in {cells} tries by {len(observations)} attackers, "
         f"{seconds:.0f} s; {out / 'probe.json'}"
     )
+
+
+def _look(
+    plan: Plan, keys: Path, group: tuple[Attacker, ...], operator: Operator
+) -> tuple[list[AttackResult], list[Deviation]]:
+    """Attack until nothing is blocked, four times at most; returns the results and their deviations."""
+    alive, observed, found = _alive(operator), list[AttackResult](), list[Deviation]()
+    for patience in (1, 4, 4, 4):  # times as long: a busy machine is not a refusal
+        seen = list(_attack(plan, keys, group, operator, patience))
+        observed = [first | second for first, second in zip(observed or seen, seen, strict=True)]
+        living = alive & _alive(operator)
+        found = [deviation for one in observed for deviation in deviations(plan, one, living)]
+        if all(deviation.leak for deviation in found):
+            break
+    return observed, found
 
 
 def _attack(
