@@ -150,9 +150,9 @@ def write(plan: Plan, observations: list[AttackResult], found: list[Deviation], 
 def _look(
     plan: Plan, keys: Path, group: tuple[Attacker, ...], operator: Operator
 ) -> tuple[list[AttackResult], list[Deviation]]:
-    """Attack until nothing is blocked, four times at most; returns the results and their deviations."""
+    """Attack until nothing is blocked, three times at most; returns the results and their deviations."""
     alive, observed, found = _alive(operator), list[AttackResult](), list[Deviation]()
-    for patience in (1, 4, 4, 4):  # times as long: a busy machine is not a refusal
+    for patience in (1, 4, 4):  # times as long: a busy machine is not a refusal
         seen = list(_attack(plan, keys, group, operator, patience))
         observed = [first | second for first, second in zip(observed or seen, seen, strict=True)]
         living = alive & _alive(operator)

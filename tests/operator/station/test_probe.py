@@ -11,7 +11,7 @@ from simulated_pilots import SimulatedSwarm
 
 
 @pytest.mark.parametrize(
-    ("arrives", "looks", "blocked"), [(1, [1], False), (3, [1, 4, 4], False), (9, [1, 4, 4, 4], True)]
+    ("arrives", "looks", "blocked"), [(1, [1], False), (3, [1, 4, 4], False), (9, [1, 4, 4], True)]
 )
 def test_what_is_blocked_is_looked_at_again(make_plan, monkeypatch, tmp_path, arrives, looks, blocked):
     swarm, seen = SimulatedSwarm(make_plan()), []
