@@ -16,7 +16,7 @@ TOUCH: Final = 1e-6  # m by which a way may enter a disc: rounding
 
 Edge = tuple[float, float, float, float, float, float]
 """Where a tangent leaves and arrives, x and y, m; its direction, a unit vector."""
-_Turn = tuple[int, float]  # disc, side
+_Side = tuple[int, float]  # disc, side
 _Node = tuple[int, float, Edge, int]  # disc, side, tangent that arrives, first node of the way
 _Step = tuple[float, float, int, int, float, float, Edge]  # f, g, node before, disc, side, arc, tangent
 
@@ -101,22 +101,19 @@ def shortest_way(
         return Way(0.0, goal, 0.0)
     targets = [(k, to, (x, y, to * r)) for k, (x, y, r) in enumerate(discs) for to in (1.0, -1.0)]
     targets.append((len(discs), 0.0, (goal[0], goal[1], 0.0)))
-    dear = hypot(turn[0], turn[1])
-    queue: list[_Step] = []
+    queue, closed = list[_Step](), set[_Side]()
     arrival: Edge = (start[0], start[1], start[0], start[1], 0.0, 0.0)
     nodes: list[_Node] = [(-1, 0.0, arrival, 0)]  # settled; first the start
-    closed: set[_Turn] = set()
     at, g, here, side = (start[0], start[1], 0.0), 0.0, -1, 0.0
     while len(nodes) <= MOST_EXPANSIONS:
         for k, to, circle in targets:
-            edge = tangent(at, circle) if (k, to) not in closed else None  # none to itself
-            if edge is None:
+            if (k, to) in closed or (edge := tangent(at, circle)) is None:  # none to itself
                 continue
             angle = arc(side, arrival, edge)
             if angle <= LONGEST_ARC:
                 length = g + abs(at[2]) * angle + hypot(edge[2] - edge[0], edge[3] - edge[1])
                 if here < 0 and to:
-                    length += dear - turn[0] * edge[4] - turn[1] * edge[5] + right * max(-to, 0.0)
+                    length += hypot(turn[0], turn[1]) - turn[0] * edge[4] - turn[1] * edge[5] + right * max(-to, 0.0)
                 rest = hypot(goal[0] - edge[2], goal[1] - edge[3])
                 heappush(queue, (length + rest, length, len(nodes) - 1, k, to, angle, edge))
         step = _next_step(queue, closed, nodes, discs)
@@ -133,7 +130,7 @@ def shortest_way(
     return None
 
 
-def _next_step(queue: list[_Step], closed: set[_Turn], nodes: list[_Node], discs: Sequence[Disc]) -> _Step | None:
+def _next_step(queue: list[_Step], closed: set[_Side], nodes: list[_Node], discs: Sequence[Disc]) -> _Step | None:
     """Take from the queue up to the first step that is free and leads to what is not settled."""
     while queue:
         step = heappop(queue)
