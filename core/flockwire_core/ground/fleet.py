@@ -114,17 +114,12 @@ class Fleet:
 
     def gateway_problem(self) -> tuple[str, ...]:
         """Return why a gateway accepts no order, or has no poses, for which pilots wait; empty without a problem."""
-        report = self._gateway
-        if report is None:
-            return (GATEWAY_SILENT,)
-        return (f"{GATEWAY.kind}: {report.detail}",) if report.phase == Phase.WAITING else ()
+        return (GATEWAY_SILENT,) if self._gateway is None else _waiting(GATEWAY.kind, self._gateway)
 
     def recorder_problem(self) -> tuple[str, ...]:
         """Return why a recorder would miss a take-off, by its last status, which may be old: it may be frozen."""
         last = self._statuses.get(RECORDER.kind)
-        if last is None or last.report.phase != Phase.WAITING:
-            return ()
-        return (f"{RECORDER.kind}: {last.report.detail}",)
+        return () if last is None else _waiting(RECORDER.kind, last.report)
 
     def clocks_off(self, bound: float) -> dict[str, float]:
         """Return the clock bounds, s, by process, that are above `bound` or unknown (-1)."""
@@ -202,6 +197,11 @@ def unrecorded(recorders: Iterable[str], statuses: Mapping[str, Status]) -> str:
     """Return which recorder could not record the whole flight by its last status, empty when all could."""
     reports = {identity: statuses[identity].report for identity in recorders if identity in statuses}
     return "; ".join(f"{identity}: {last.detail}" for identity, last in reports.items() if last.phase == Phase.FULL)
+
+
+def _waiting(identity: str, report: Report) -> tuple[str, ...]:
+    """Return what a process waits for, empty if it does not wait."""
+    return (f"{identity}: {report.detail}",) if report.phase == Phase.WAITING else ()
 
 
 def _received(report: Report, order: Mission) -> bool:
