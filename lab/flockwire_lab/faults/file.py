@@ -28,8 +28,6 @@ from flockwire_lab.faults.kinds import Fault
 from flockwire_lab.faults.targets import targets
 
 NOBODY = "no drone of this swarm can have it"
-
-
 Unable = Callable[[str, Any], Iterable[str]]  # lines of what a flight cannot inject of a fault, by its key
 
 
@@ -37,18 +35,13 @@ class _File(Model):
     faults: Items[Annotated[Fault, Field(discriminator="kind")]] = ()
 
 
-def able(_: str, __: object) -> tuple[str, ...]:
-    """Return nothing: all can be injected."""
-    return ()
-
-
-def load_faults(path: Path, plan: Plan, unable: Unable = able) -> tuple[Fault, ...]:
+def load_faults(path: Path, plan: Plan, unable: Unable = lambda *_: ()) -> tuple[Fault, ...]:
     """Read and check the faults in the file `path` as `parse_faults` does."""
     return parse_faults(read_toml(path, "faults", InputError), plan, str(path), unable)
 
 
 def parse_faults(
-    table: dict[str, object], plan: Plan, origin: str, unable: Unable = able, file: type[Any] = _File
+    table: dict[str, object], plan: Plan, origin: str, unable: Unable = lambda *_: (), file: type[Any] = _File
 ) -> tuple[Any, ...]:
     """Check the content `table` of the fault file `origin`, a `file`, for the swarm of `plan`; returns its faults.
 
