@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -27,32 +25,15 @@ from flockwire_core.security.files import Credentials
 from flockwire_core.security.pki import make_keys
 from flockwire_core.wire.keys import MISSION, PROPOSAL
 from flockwire_core.wire.plan import Plan
-from flockwire_core.wire.processes import DRONE_PORTS, OPERATOR, SINGLE_PORTS
+from flockwire_core.wire.processes import OPERATOR
 from flockwire_core.wire.status import Status
 from flockwire_lab.probe.attackers import Attacker, attacker_configuration, open_to
 from flockwire_operator.station.host import Host
+from ports import free_ports
 
 SWARMS = Path(__file__).parents[2] / "examples"
 CONTROL_RATE = 0.5  # share of the steps that a flight passes with on a busy machine
 PATIENCE = 60.0  # s that a busy machine may take to do what a test waits for
-PORTS_NEEDED = SINGLE_PORTS + 5 * DRONE_PORTS  # of a swarm of up to five drones, ids 0 to 4; as many below them
-FIRST_PORT, PLACES = 20000, 170  # so many swarms fit in below the ports that the system gives to whoever dials
-
-_bases = iter(FIRST_PORT + (1 + (os.getpid() * 47 + k) % PLACES * 2) * PORTS_NEEDED for k in range(PLACES))
-_claims: list[socket.socket] = []  # one for each range that this run has, held until it ends
-
-
-def free_ports() -> int:
-    """Return a base port with free ports round it, another one at each call and for each run on this machine."""
-    for base in _bases:
-        with contextlib.ExitStack() as stack, contextlib.suppress(OSError):
-            claim = socket.socket()
-            claim.bind(("127.0.0.3", base))  # where no swarm listens
-            for port in range(base - PORTS_NEEDED, base + PORTS_NEEDED):
-                stack.enter_context(socket.socket()).bind(("127.0.0.1", port))
-            _claims.append(claim)
-            return base
-    raise RuntimeError("no free ports")
 
 
 def copy_swarm(folder: Path, source: str = "paper_simulation", **replaced: str) -> Path:

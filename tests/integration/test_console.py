@@ -11,10 +11,11 @@ import aiohttp
 import psutil
 import pytest
 from chromium import PROGRAM, browser
-from fleet import PATIENCE, free_ports
+from fleet import PATIENCE
 from flockwire_core.loading import load_swarm
 from flockwire_core.wire.plan import Plan
 from foxglove_viewer import viewing
+from ports import free_ports
 
 pytestmark = pytest.mark.long
 SHARE = 0.15  # of a core that the console may take

@@ -13,7 +13,8 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from fleet import PATIENCE, free_ports
+from fleet import PATIENCE
+from ports import free_port, free_ports
 
 pytestmark = pytest.mark.long
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -29,12 +30,6 @@ def commands(name):
     """Return the commands of an example's section, without comments."""
     section = PAGE.partition(f"## {name}\n")[2].partition("\n## ")[0]
     return [shlex.split(line, comments=True) for line in re.findall(r"^    (.*)$", section, re.MULTILINE)]
-
-
-def free_port(kind):
-    with socket.socket(socket.AF_INET, kind) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 import tomli_w
-from fleet import CONTROL_RATE, PATIENCE, flockwire, free_ports
+from fleet import CONTROL_RATE, PATIENCE, flockwire
 from flockwire_core.loading import load_swarm
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.codec import decode
@@ -21,6 +21,7 @@ from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.sighting import Sighting
 from flockwire_laws.aggregative import RESTARTED
 from law_swarms import EXAMPLES, NAMES, of_five
+from ports import free_ports
 
 pytestmark = pytest.mark.long
 OWN = {"pose", "nearby", "telemetry", "mission", "stop", "leads", "seen"}  # for its pilot; what it sees

@@ -22,9 +22,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
-from fleet import PATIENCE, free_ports
+from fleet import PATIENCE
 from flockwire_core import clock
 from flockwire_core.domain.time import SECOND
+from ports import free_port, free_ports
 
 pytestmark = [pytest.mark.long, pytest.mark.campaign]
 ROOT = Path(__file__).parents[2]
@@ -112,14 +113,8 @@ def steps(text: str) -> Iterator[tuple[str, ...]]:
 def ported(text: str) -> str:
     """Return a swarm file on ports of its own."""
     network = "" if "[network]" in text else f"\n[network]\nbase_port = {free_ports()}\n"
-    return text.replace("{udp}", str(free_port())) + network + "[checks]\ncontrol_rate = 0.5\n"  # others fly beside it
-
-
-def free_port() -> int:
-    """Return a free UDP port."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
+    text = text.replace("{udp}", str(free_port(socket.SOCK_DGRAM)))
+    return text + network + "[checks]\ncontrol_rate = 0.5\n"  # others fly beside it
 
 
 class Terminals:

@@ -11,7 +11,8 @@ import zenoh
 from fleet import Fleet
 from flockwire_core.loading import load_swarm
 from flockwire_core.wire.plan import Plan
-from ros_graph import bare, free_port
+from ports import free_port
+from ros_graph import bare
 from waiting import wait_until
 
 BLOCKING = {"router": (300, 60_000), "ros": (20, 2_000_000)}  # messages, bytes of each: more than all queues hold

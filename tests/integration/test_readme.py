@@ -8,7 +8,8 @@ from pathlib import Path
 
 import psutil
 import pytest
-from fleet import PATIENCE, free_ports
+from fleet import PATIENCE
+from ports import free_ports
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -18,8 +18,9 @@ from flockwire_core.wire.codec import encode
 from flockwire_core.wire.status import Status
 from flockwire_operator.ros.core import services
 from flockwire_operator.ros.topics import all_topics
+from ports import free_port
 from ros_attacks import GOOD, attack, steer_wrongly
-from ros_graph import ATTACHMENT, Gaps, Sdk, bare, free_port, router
+from ros_graph import ATTACHMENT, Gaps, Sdk, bare, router
 from waiting import wait_until
 
 BY_ROS = """

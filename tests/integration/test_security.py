@@ -12,7 +12,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from fleet import Fleet, Tower, flockwire, free_ports
+from fleet import Fleet, Tower, flockwire
+from ports import free_ports
 
 MakeSwarm = Callable[..., Path]
 MakeFleet = Callable[[Path], Fleet]

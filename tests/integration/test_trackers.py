@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from fleet import flockwire
 from flockwire_analysis.reading import read_trace
+from ports import free_port
 
 TABLE = """
 [gateway]
@@ -26,12 +27,6 @@ loss = 0.01
 """
 FAULT = '[[faults]]\nat = 6.0\nkind = "tracker"\ndrone = 3\nduration = 0.5\n'
 KEYS = {"natnet": ("command_port", socket.SOCK_DGRAM), "qualisys": ("port", socket.SOCK_STREAM)}
-
-
-def free_port(kind: int) -> int:
-    with socket.socket(socket.AF_INET, kind) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 @pytest.mark.long

@@ -1,6 +1,5 @@
 """The transports that lab/bench/transport.py compares."""
 
-import os
 from itertools import count
 from unittest import mock
 
@@ -8,13 +7,14 @@ import pytest
 import transport
 import transports
 from flockwire_core import clock
+from ports import free_ports
 from transports import OURS, PLAIN, Place
 
 
 @pytest.fixture
-def free_ports(monkeypatch):
+def places(monkeypatch):
     """Have processes of other tests, and of benches, at other ports."""
-    monkeypatch.setattr(transport, "PORTS", count(31000 + os.getpid() % 500 * 2, 10))
+    monkeypatch.setattr(transport, "PORTS", count(free_ports(), 10))
     for name, value in clock.epoch_environment().items():
         monkeypatch.setenv(name, value)
 
@@ -35,7 +35,7 @@ def test_a_name_that_no_transport_has_is_an_error(monkeypatch, capsys):
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", [OURS, PLAIN, "Zenoh", "UDP"])
-def test_both_ends_receive_each_message(name, tmp_path, free_ports):
+def test_both_ends_receive_each_message(name, tmp_path, places):
     (one,) = (one for one in transports.transports() if one.name == name)
     transports.prepare(Place(tmp_path, next(transport.PORTS), 2))
     p50, p99, cost, lost = transport.run(one, "ping-pong", tmp_path, 100)

@@ -16,6 +16,7 @@ import pytest
 from flockwire_core.loading import parse_swarm
 from flockwire_core.swarm.model import Swarm
 from flockwire_lab.world import World
+from ports import free_port
 from waiting import wait_until
 
 FOLDER = Path(__file__).parents[2] / "laws/elsewhere"
@@ -34,12 +35,6 @@ def flown(control: dict, file: Path = FOLDER / "consensus.toml") -> np.ndarray:
     outcome = World(parse_swarm(table, "test.toml"), 1, 12.0, tap=take).run()
     assert outcome.failure == ""
     return np.array(found)
-
-
-def free_port() -> int:
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        return one.getsockname()[1]
 
 
 def program(name: str, folder: Path) -> list[str]:

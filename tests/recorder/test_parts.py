@@ -18,6 +18,7 @@ from flockwire_recorder.folders import SAME_FLIGHT, same_flight
 from flockwire_recorder.recover import Recovered, recover
 from flockwire_recorder.trace import TraceWriter, describe
 from mcap.reader import make_reader
+from ports import free_ports
 from waiting import wait_until
 
 POSE = "geometry_msgs/msg/PoseStamped"
@@ -27,7 +28,6 @@ name = "parted"
 formation = { kind = "circle" }
 graph = { edges = [[0, 1]] }
 drones = [ { id = 0, start = [0.0, 0.0, 0.0] }, { id = 1, start = [1.0, 0.0, 0.0] } ]
-network = { security = "none", base_port = 17600 }
 """
 
 
@@ -101,7 +101,7 @@ def await_recording(path):
 @pytest.mark.long
 def test_a_recorder_killed_and_restarted_continues_in_its_folder(tmp_path):
     swarm, out = tmp_path / "swarm.toml", tmp_path / "out"
-    swarm.write_text(SWARM)
+    swarm.write_text(f'{SWARM}network = {{ security = "none", base_port = {free_ports()} }}\n')
     lifeline, _held = os.pipe()
     child = {"env": {**os.environ, "FLOCKWIRE_LIFELINE": str(lifeline)}, "pass_fds": (lifeline,)}
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import socket
 import struct
 from collections import Counter
 from collections.abc import Iterator
@@ -17,13 +16,6 @@ from flockwire_core.ros.type_hash import type_hash
 from flockwire_core.wire import schemas
 
 ATTACHMENT = struct.Struct("<qqB16s")
-
-
-def free_port() -> int:
-    """Return a free port of TCP."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
 
 
 @contextlib.contextmanager

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 import tomli_w
 import waiting
-from fleet import free_ports
 from flockwire_core.runtime.gate import MOST
+from ports import free_ports
 
 OPEN = """
 import resource

@@ -4,6 +4,7 @@ import subprocess
 import sys
 
 import pytest
+from ports import free_ports
 
 LINGER = """
 import socket, struct, subprocess, sys
@@ -60,14 +61,13 @@ name = "lingering"
 formation = { kind = "circle" }
 graph = { edges = [[0, 1]] }
 drones = [ { id = 0, start = [0.0, 0.0, 0.0] }, { id = 1, start = [1.0, 0.0, 0.0] } ]
-network = { security = "none", base_port = 17780 }
 """
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="elsewhere nothing is to be done")
 def test_no_link_between_two_sessions_lingers(tmp_path):
     swarm = tmp_path / "swarm.toml"
-    swarm.write_text(SWARM)
+    swarm.write_text(f'{SWARM}network = {{ security = "none", base_port = {free_ports()} }}\n')
     line = [sys.executable, "-c", LINKS, str(swarm)]
     done = subprocess.run(line, capture_output=True, text=True, timeout=60, check=True)
     assert done.stdout == "[(0, 0)]\n", done.stderr

@@ -16,7 +16,8 @@ from flockwire_core.runtime.ros_node import Place, RosNode, RosRouterAbsentError
 from flockwire_core.swarm.gateway import RosPoses
 from flockwire_core.wire.inbox import ATTACHMENT
 from flockwire_twins.trackers.ros import NO_ROUTER, RosServer
-from ros_graph import bare, free_port, router
+from ports import free_port
+from ros_graph import bare, router
 from waiting import wait_until
 
 GOOD, EMPTY = ATTACHMENT.pack(3, 4, 16, b"0123456789abcdef"), b"\0\1\0\0\0"

@@ -21,6 +21,7 @@ from flockwire_core.runtime.configuration import (
 from flockwire_core.runtime.session import Session
 from flockwire_core.security.files import Credentials, CredentialsError, in_use
 from flockwire_core.security.pki import make_keys
+from ports import free_ports
 
 FILES = Credentials(Path("ca.crt"), Path("own.crt"), Path("own.key"))
 PATIENT = f"#tls_handshake_timeout_ms={HANDSHAKE_TIME}"
@@ -143,7 +144,7 @@ def test_an_order_in_flight_without_a_certificate_is_refused_with_the_reason(mak
 
 
 def test_orders_travel_before_state_and_no_put_waits_for_a_peer(make_plan):
-    plan = make_plan({"network.security": "none", "network.base_port": 17700})
+    plan = make_plan({"network.security": "none", "network.base_port": free_ports()})
     with Session(plan, "operator") as operator, Session(plan, "gateway") as gateway:
         orders = [*chain(*(outlet.publishers for key, outlet in operator._publishing.outlets.items() if not key.owner))]
         state = [

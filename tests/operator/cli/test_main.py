@@ -9,6 +9,7 @@ import pytest
 from command_line import interpreter, refused
 from flockwire_core.runtime.session import EndpointInUseError
 from flockwire_core.swarm.reading import NO_FILE
+from ports import free_ports
 
 PAPER = Path(__file__).parents[3] / "examples" / "paper_simulation.toml"
 
@@ -25,6 +26,12 @@ def broken(tmp_path):
         return path
 
     return build
+
+
+@pytest.fixture
+def moved(broken):
+    """Return the builder of the paper's swarm file at free ports."""
+    return lambda: broken("[control]", f"[network]\nbase_port = {free_ports()}\n[control]")
 
 
 def test_a_sound_swarm_is_described_and_all_is_well_in_an_interpreter_of_its_own():
@@ -95,8 +102,8 @@ def refused_after_warnings(done):
 
 
 @pytest.mark.parametrize(("command", "number"), [("up", ()), ("probe", ()), ("identify", (1,))])
-def test_a_folder_that_cannot_be_written_is_refused_in_one_line(flockwire, broken, tmp_path, command, number):
-    path, out = broken("[control]", "[network]\nbase_port = 28650\n[control]"), tmp_path / "file"
+def test_a_folder_that_cannot_be_written_is_refused_in_one_line(flockwire, moved, tmp_path, command, number):
+    path, out = moved(), tmp_path / "file"
     out.touch()
     line = refused_after_warnings(flockwire(command, path, *number, "--out", out, "--keys", tmp_path / "keys"))
     assert line.startswith(f"flockwire: --out = {out}: cannot write there: ")
@@ -113,9 +120,9 @@ def test_two_flights_are_not_compared_into_a_file(flockwire, tmp_path, monkeypat
 
 
 @pytest.mark.parametrize("command", ["up", "sim"])
-def test_a_folder_that_cannot_be_looked_at_is_refused_in_one_line(flockwire, tmp_path, command):
+def test_a_folder_that_cannot_be_looked_at_is_refused_in_one_line(flockwire, moved, tmp_path, command):
     keys = ("--keys", tmp_path / "keys") if command == "up" else ()
-    line = refused_after_warnings(flockwire(command, PAPER, "--out", 300 * "x", *keys))
+    line = refused_after_warnings(flockwire(command, moved(), "--out", 300 * "x", *keys))
     assert "x: cannot write there: File name too long" in line
 
 
@@ -128,9 +135,8 @@ def test_an_endpoint_in_use_is_no_folder_that_cannot_be_written(flockwire, tmp_p
     assert line == "flockwire: operator cannot listen at 127.0.0.1:7447"
 
 
-def test_a_flight_of_endless_duration_is_refused_before_anything_starts(flockwire, broken, tmp_path):
-    path = broken("[control]", "[network]\nbase_port = 28650\n[control]")
-    done = flockwire("up", path, "--duration", "inf", "--headless", "--out", tmp_path / "out")
+def test_a_flight_of_endless_duration_is_refused_before_anything_starts(flockwire, moved, tmp_path):
+    done = flockwire("up", moved(), "--duration", "inf", "--headless", "--out", tmp_path / "out")
     assert "--duration" in refused_usage(done)
     assert not (tmp_path / "out").exists()
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
 import sys
@@ -17,6 +16,7 @@ import tomli_w
 from command_line import refused
 from flockwire_core.loading import load_swarm
 from flockwire_lab.flight import Flight, fly_recorded
+from ports import free_ports
 from ros_graph import router
 
 ALIGNED = {"rotation": [0.0, 0.0, 0.6, 0.8], "offset": [1.0, -2.0, 0.1]}
@@ -44,18 +44,15 @@ def served(path: Path, protocol: str) -> Iterator[None]:
         process.send_signal(signal.SIGTERM)
 
 
-def port() -> int:
-    return 20000 + os.getpid() % 10000
-
-
 @pytest.mark.long
 @pytest.mark.parametrize("source", ["vrpn", "ros"])
 def test_it_lists_the_bodies_and_aligns_their_frame(flockwire: Any, swarm: Callable[..., Path], source: str) -> None:
     with ExitStack() as stack:
-        where: dict[str, object] = {"port": port()}
+        port = free_ports()
+        where: dict[str, object] = {"port": port}
         if source == "ros":
-            where = {"router": f"127.0.0.1:{port()}"}
-            stack.enter_context(router(port()))
+            where = {"router": f"127.0.0.1:{port}"}
+            stack.enter_context(router(port))
         path = swarm(source=source, **{source: where}, **ALIGNED)
         stack.enter_context(served(path, source))
         found = flockwire("tracker", path, "--seconds", 0.5)
@@ -69,11 +66,11 @@ def test_it_lists_the_bodies_and_aligns_their_frame(flockwire: Any, swarm: Calla
 def test_without_a_server_it_is_one_line_with_a_remedy_soon(
     flockwire: Any, swarm: Callable[..., Path], source: str
 ) -> None:
-    key = "command_port" if source == "natnet" else "port"
+    key, port = "command_port" if source == "natnet" else "port", free_ports()
     began = monotonic()
-    found = flockwire("tracker", swarm(source=source, **{source: {key: port()}}), "--seconds", 0.5)
+    found = flockwire("tracker", swarm(source=source, **{source: {key: port}}), "--seconds", 0.5)
     assert (found.returncode, len(found.stderr.splitlines())) == (1, 1)
-    assert f"127.0.0.1:{port()}" in found.stderr
+    assert f"127.0.0.1:{port}" in found.stderr
     assert "check" in found.stderr
     assert monotonic() - began < 10.0  # most of it is the start of an interpreter
 

@@ -13,6 +13,7 @@ from flockwire_core.security.files import CredentialsError
 from flockwire_operator.scripting import FlightError, open_swarm, real
 from flockwire_operator.station import host as hosts
 from flockwire_operator.station import operator, processes
+from ports import free_ports
 from simulated_children import Processes
 from simulated_pilots import SimulatedSwarm
 
@@ -244,7 +245,7 @@ def test_the_report_is_written_while_the_terminal_is_paused(opened_without_trace
 @pytest.mark.long
 def test_the_page_s_script_flies_for_real_with_the_same_phases(script, swarm_file):
     text = swarm_file.read_text()
-    swarm_file.write_text(f"{text}\n[network]\nbase_port = 29450\n")
+    swarm_file.write_text(f"{text}\n[network]\nbase_port = {free_ports()}\n")
     phases, summary = asyncio.run(script(virtual=False))
     assert phases == ["formation", "formation"]
     assert summary.formation_error_m.max_tail < 0.05

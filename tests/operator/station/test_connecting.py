@@ -94,7 +94,7 @@ def test_a_session_that_opens_while_its_opener_is_cancelled_is_closed(router, pl
     ("command", "result"),
     [
         (partial(conduct, duration=1.0, out=None, headless=True), UNANSWERED),
-        (partial(serve, address="127.0.0.1", port=29749), False),
+        (partial(serve, address="127.0.0.1", port=0), False),
         (steer, False),
     ],
 )

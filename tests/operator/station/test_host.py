@@ -1,4 +1,3 @@
-import contextlib
 import socket
 import sys
 from dataclasses import replace
@@ -6,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from flockwire_operator.station.host import Host, busy_endpoint
+from ports import free_ports
 
 
 @pytest.fixture
@@ -42,12 +42,7 @@ def test_endpoints_of_others_are_not_looked_at(make_plan, taken):
 
 
 def test_a_free_endpoint_is_not_a_problem(make_plan):
-    for port in range(20000, 32000, 2):  # below those that the kernel gives to the tests beside this one
-        with contextlib.suppress(OSError), socket.socket() as low, socket.socket() as high:
-            low.bind(("127.0.0.1", port))
-            high.bind(("127.0.0.1", port + 1))
-            break
-    assert busy_endpoint(make_plan({"network.base_port": port + 1}), ["gateway"]) == ""
+    assert busy_endpoint(make_plan({"network.base_port": free_ports()}), ["gateway"]) == ""
 
 
 @pytest.mark.parametrize(

@@ -28,10 +28,18 @@ from flockwire_operator.station.processes import UnansweredError
 from flockwire_operator.station.restarts import MOST_AT_ONCE
 from flockwire_operator.station.terminal.display import ELSEWHERE, Display
 from flockwire_operator.station.terminal.interrupts import Interrupts, interrupts
+from ports import free_ports
 from simulated_children import Processes
 from simulated_pilots import SimulatedSwarm, started
 
 TICK = 0.005  # s between two looks of these tests' stations
+
+
+@pytest.fixture
+def make_plan(make_plan):
+    """Return the builder of a small swarm's plan at free ports."""
+    base = free_ports()
+    return lambda changes=None: make_plan({"network.base_port": base, **(changes or {})})
 
 
 class StationFlight:
@@ -248,7 +256,7 @@ def serving(make_plan, monkeypatch):
     monkeypatch.setattr(delivery, "LOOK_TIME", TICK)
     monkeypatch.setattr(operator, "POLL_PERIOD", TICK)
     hosts = {"ground": {"address": "127.0.0.1"}, "air": {"address": "127.0.0.1", "processes": ["leader"]}}
-    flight = StationFlight(make_plan({"hosts": hosts, "network.base_port": 29000}), "air")
+    flight = StationFlight(make_plan({"hosts": hosts}), "air")
     flight.swarm.all(Phase.FORMATION, started())
     return flight
 

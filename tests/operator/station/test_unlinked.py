@@ -3,7 +3,6 @@
 import asyncio
 
 import pytest
-from fleet import free_ports
 from flockwire_core import clock
 from flockwire_core.domain.time import SECOND
 from flockwire_core.ground import delivery as core
@@ -12,6 +11,7 @@ from flockwire_core.runtime.session import Session
 from flockwire_core.security.pki import make_keys
 from flockwire_operator.station import giving
 from flockwire_operator.station.giving import why_unlinked
+from ports import free_ports
 
 
 @pytest.fixture
