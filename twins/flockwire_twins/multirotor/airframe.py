@@ -22,8 +22,8 @@ from flockwire_core.swarm.model import Swarm
 
 from flockwire_twins.kinematics.airframe import GROUNDED, STOPPED, FlyingBody
 from flockwire_twins.kinematics.drone import SimulatedDrone
-from flockwire_twins.multirotor.make import make_vehicle
-from flockwire_twins.multirotor.parameters import Parameters, parameters_of
+from flockwire_twins.multirotor.make import make_vehicle, parameters_of
+from flockwire_twins.multirotor.parameters import Parameters
 from flockwire_twins.simulated_airframe import Wear
 
 CRASH: Final = 2.0  # m/s at which it does not survive to touch the ground
