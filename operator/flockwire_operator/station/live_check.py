@@ -25,6 +25,8 @@ from flockwire_core.wire.status import SERIAL, Reason, Status
 
 from flockwire_operator.station.operator import Operator
 
+WAITING = "start or mend what it waits for"
+
 
 class Finding(NamedTuple):
     """One line of the table; `remedy` is empty if there is no problem."""
@@ -89,8 +91,8 @@ def _process(plan: Plan, identity: str, seen: Seen) -> Finding:
         return Finding(
             identity, "clock", known, f"wait; otherwise the network's round trip takes more than {2.0 * most:g} s"
         )
-    if row.records and status.report.phase == Phase.WAITING:
-        return Finding(identity, "process", status.report.detail, "it waits for these; no flight begins before")
+    if status.report.phase == Phase.WAITING:
+        return Finding(identity, "process", status.report.detail, WAITING)
     return Finding(identity, "process, clock", f"{status.report.phase}, known to {1e3 * bound:.1f} ms")
 
 

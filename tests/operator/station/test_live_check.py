@@ -5,7 +5,7 @@ from flockwire_core.domain.airframe import FlightState, Telemetry
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import add
 from flockwire_core.wire.status import Reason, Report, Status
-from flockwire_operator.station.live_check import Seen, findings, table
+from flockwire_operator.station.live_check import WAITING, Seen, findings, table
 
 NOW = 1_790_000_000 * SECOND
 TELLOS = {"drones.1.airframe": "tello", "drones.2.airframe": "tello"}
@@ -72,7 +72,8 @@ WRONG = [
     (lambda seen: seen.statuses.pop("gateway"), "gateway", "process", "flockwire gateway SWARM"),
     (lambda seen: seen.statuses.pop("driver2"), "driver2", "process", "flockwire driver SWARM 2"),
     (report("uav3", bound=-1.0), "uav3", "clock", "wait"),
-    (report("recorder", "waiting", "does not hear gateway"), "recorder", "process", "no flight begins before"),
+    (report("recorder", "waiting", "does not hear gateway"), "recorder", "process", WAITING),
+    (report("gateway", "waiting", "no frames"), "gateway", "process", WAITING),
     (lose_pose, "uav3", "pose", "is the body 'uav3' in the cameras' view"),
     (lambda seen: seen.positions[3].append((0.3, 0.0, 0.0)), "uav3", "still", "confuses it with another body"),
     (report("uav3", "grounded", "waits for uav2's estimate"), "uav3", "neighbours", "see the lines"),
