@@ -42,7 +42,7 @@ class CircleFormation(ShapeModel):
     shape: ClassVar = shapes.Circle
     kind: Literal["circle"] = key(..., "evenly spread on a circle round the leader")
     radius: Positive = key(2.0, "of the circle", "m")
-    rate: Finite = key(0.0, "about Z", "rad/s")
+    rate: Finite = key(0.0, "clockwise from above", "rad/s")
 
 
 class LineFormation(ShapeModel):

@@ -126,6 +126,7 @@ LEADING = Process(
     port=0,
     pilot=True,
     batches=True,
+    only_if="a leader",
 )
 AGENT = Process(
     "agent",

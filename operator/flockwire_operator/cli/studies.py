@@ -21,7 +21,7 @@ Search = Annotated[
     typer.Option("--search", help="Look for the worst flight, by an optimizer, instead of drawing values at random."),
 ]
 Liveness = Annotated[
-    bool, typer.Option("--liveness", help="With --search: faults end, then the formation must come back.")
+    bool, typer.Option("--liveness", help="Search where faults end, then the formation must come back.")
 ]
 First = Annotated[bool, typer.Option("--first", help="With --search: end at the first violation.")]
 Corpus = Annotated[
@@ -48,10 +48,10 @@ def study(
     swarm: SwarmFile,
     file: Annotated[Path | None, typer.Argument(metavar="STUDY", help="The variations (TOML).")] = None,
     out: Folder = None,
-    runs: Annotated[int | None, typer.Option(min=1, help="Flights at each grid point [100].")] = None,
+    runs: Annotated[int | None, typer.Option(min=1, help="Flights at each grid point [100; search 1000].")] = None,
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of the whole study [0].")] = None,
     duration: Annotated[
-        float | None, typer.Option(min=1.0, callback=finite, help="Seconds of each flight [20].")
+        float | None, typer.Option(min=1.0, callback=finite, help="Seconds of each flight [20; search 8].")
     ] = None,
     random_starts: RandomStarts = None,
     jobs: Jobs = 0,
