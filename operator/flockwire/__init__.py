@@ -7,12 +7,14 @@ A first law, its swarm file and its test; then its first flight, whose folder ha
 
 A law is a class that declares what it knows of others, and turns an observation into a command (docs/own_law.md):
 
+    >>> import numpy as np
     >>> from flockwire import Decision, Information, Sense
     >>> class GoToNeighbour:
     ...     information = Information(neighbours=Sense.POSITION, leaders=(0, 1))
     ...     def __init__(self, settings): ...
     ...     def step(self, observation):
-    ...         return Decision(sum(one.weight * np.array(one.position) for one in observation.neighbours))
+    ...         steps = [one.weight * np.array(one.position) for one in observation.neighbours]
+    ...         return Decision(sum(steps, np.zeros(3)))
 
 The same swarm by a script, with `virtual=False` in real processes (docs/scripting.md):
 
@@ -24,7 +26,7 @@ What was recorded, as numbers (docs/python.md):
 
     >>> errors = flockwire.formation_errors(flockwire.read_trace(Path("first/trace.mcap")))
 
-A test of a law, in virtual time (docs/own_law.md):
+A test of a law, in virtual time (docs/testing.md):
 
     >>> swarm = flockwire.VirtualSwarm("my_law.toml")
     >>> swarm.forward(until=20.0)
