@@ -3,11 +3,11 @@
     python lab/bench/ways.py [--first 0] [--flights 40] [--family NAME ...] [--jobs 2] [--ideal] [--record FILE]
 
 A row has a family's good flights, the median, 90 % and worst of its time, s, the smallest distances, m, the most that
-one drone turned back in a flight (it flew more than BACKWARDS against its own planned way), and the shares of all
-followers' steps in formation in which the safety filter changed the command, as the drones count them: but for
-conflicts; for drones and people alone, a conflict of two demands. The time is that of the last arrival (grids, drawn,
-exchanges), that off a place (crossing) or off a free place (person, obstacles). Drawn flights are recorded, and the
-verdict on them must agree with what was measured here.
+one drone turned back in a flight (it flew more than BACKWARDS against its own planned way), and the shares of the
+formation's steps in which the safety filter changed the commands of followers by more than CHANGED: by its limits of
+speed and acceleration alone; for a fixed body, a wall, or a drone that stands; for others on their way: a conflict of
+two demands. The time is that of the last arrival (grids, drawn, exchanges), that off a place (crossing) or off a free
+place (person, obstacles). Drawn flights are recorded, and the verdict on them must agree with what was measured here.
 With --record each flight is added to FILE, and the rows are of all flights in it: pieces of a campaign.
 """
 
@@ -27,6 +27,7 @@ from typing import Any, cast
 
 from flockwire_analysis.summary import summarise
 from flockwire_core.control.barrier import nearest_on_segment
+from flockwire_core.domain.airframe import Command
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
@@ -35,12 +36,11 @@ from flockwire_core.loading import parse_swarm
 from flockwire_core.swarm.laws import BUILT_IN
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.plan import Plan
-from flockwire_core.wire.status import CONFLICTS, FILTERED, LAW_STEPS, Status
 from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.flight import TraceInMemory
 from flockwire_lab.process import Published
 from flockwire_lab.world import World
-from law_noted import BACKWARDS, PLANNED
+from law_noted import BACKWARDS, NOTED, SENT
 from settling import IDEAL, TELLO, merged
 from way_draws import FAMILIES, KEPT, Flight
 
@@ -52,6 +52,7 @@ BACK = 5.0  # s off a free place, behind a person
 SLACK, GRACE = 1.5, 3.0  # times the shortest detour and the forbidden time, and s more: bars of crossings
 DETOUR_TOLERANCE = 0.05  # m
 SETTLED = 20.0  # s: bar of the grids
+CHANGED = 0.01  # m/s
 SLOWER = 2.5  # times the free way's time: bar of exchanges
 
 
@@ -68,9 +69,10 @@ class Result:
     late: float = 0.0
     settled: float = inf  # s until all were at their places for the first time and stayed to the end
     stuck: int = 0  # followers off a place at the end that had been free for SOON
-    steps: int = 0  # of the followers in formation
-    filtered: int = 0  # of these, in which the filter changed the command, but for its limits of speed and acceleration
-    conflicts: int = 0  # of these, in which it did so for drones and people alone
+    steps: int = 0  # of the followers in formation, one of several
+    limited: int = 0  # of these: changed by the filter's limits of speed and acceleration alone
+    leaning: int = 0  # changed for what is fixed or stands
+    conflicts: int = 0  # changed for others on their way
     turned: int = 0  # times that a drone turned back, of the worst follower
     why: list[str] = field(default_factory=list)
 
@@ -94,7 +96,7 @@ class Watch:
         self._late = dict.fromkeys(swarm.followers, 0.0)  # s of these since something was in the way
         self._settled = 0.0
         self._errors: dict[int, Vector] = {}  # m, at the last look
-        self._counts: dict[str, dict[str, int]] = {}  # of each agent, at its last status
+        self._ahead: dict[int, Vector] = {}  # the planned direction
         self._ways: dict[int, Vector] = {}  # that from which a drone flies back
         self._against = dict.fromkeys(swarm.followers, 0.0)  # m flown against them
         self._turned = dict.fromkeys(swarm.followers, 0)
@@ -102,8 +104,8 @@ class Watch:
     def take(self, published: Published) -> None:
         """Receive one message."""
         kind, owner = published.key
-        if kind == "status":
-            self._counts[owner] = dict(cast(Status, published.message).report.counts)
+        if kind == "command" and owner != "uav0":
+            self._compare(owner, cast(Command, published.message))
         if kind not in ("truth", "mission") and not (self._virtual and kind == "pose" and owner == "uav0"):
             return
         message: Any = published.message
@@ -121,16 +123,27 @@ class Watch:
                     self._stamp = message.stamp
                 self._places[owner] = message.position
 
+    def _compare(self, owner: str, command: Command) -> None:
+        noted = NOTED.get(owner)
+        SENT[owner] = command.velocity
+        if noted is not None and 0 < self._start <= self._stamp and not self._end:
+            result, given = self._result, command.velocity
+            result.steps += 1
+            self._ahead[int(owner[3:])] = noted.way
+            if dist(given, noted.wanted) > CHANGED:
+                if dist(given, noted.limited) <= CHANGED:
+                    result.limited += 1
+                elif dist(noted.fixed, noted.limited) > CHANGED:
+                    result.leaning += 1
+                else:
+                    result.conflicts += 1
+
     def done(self) -> None:
         """Judge the end of the flight."""
         result = self._result
         result.off = max(self._off.values())
         result.settled = self._settled
         result.turned = max(self._turned.values())
-        counts = self._counts.values()
-        result.steps, result.filtered, result.conflicts = (
-            sum(one.get(name, 0) for one in counts) for name in (LAW_STEPS, FILTERED, CONFLICTS)
-        )
         result.stuck = sum(1 for away in self._away.values() if away > SOON)
 
     def _look(self) -> None:
@@ -163,7 +176,7 @@ class Watch:
             self._turned[i] += 1
             self._against[i] = 0.0
         if self._against[i] == 0.0:
-            self._ways[i] = PLANNED.get(uav(i), ZERO)
+            self._ways[i] = self._ahead.get(i, ZERO)
 
     def _judge(self, i: int, place: Vector) -> None:
         error = dist(self._places[uav(i)], place)
@@ -204,7 +217,8 @@ class Watch:
 def fly(family: str, number: int, airframe: dict[str, Any]) -> Result:
     """Fly one flight and judge it by the bars of its family."""
     flight, result = FAMILIES[family](number, airframe), Result()
-    PLANNED.clear()
+    NOTED.clear()
+    SENT.clear()
     swarm = parse_swarm(merged(flight.table, {"control": {"law": "extended"}}), family)
     watch = Watch(swarm, flight, result)
     faults = parse_faults({"faults": flight.faults}, Plan(swarm), "bench") if flight.faults else ()
@@ -275,11 +289,12 @@ def row(family: str, found: list[Result]) -> str:
     worst = [min(getattr(r, name) for r in found) for name in ("drones", "obstacles", "person")]
     distances = " | ".join(f"{value:.3f}" if value < inf else "" for value in worst)
     steps = max(sum(r.steps for r in found), 1)
-    conflicts = sum(r.conflicts for r in found)
-    changed = ", ".join(f"{100.0 * n / steps:.1f}" for n in (sum(r.filtered for r in found) - conflicts, conflicts))
+    shares = ", ".join(
+        f"{100.0 * sum(getattr(r, name) for r in found) / steps:.1f}" for name in ("limited", "leaning", "conflicts")
+    )
     good = sum(not r.why for r in found)
     turned = max(r.turned for r in found)
-    return f"| {family} | {good} of {len(found)} | {shown} | {distances} | {turned} | {changed} |"
+    return f"| {family} | {good} of {len(found)} | {shown} | {distances} | {turned} | {shares} |"
 
 
 def main() -> int:

@@ -12,7 +12,8 @@ def test_a_place_that_passes_an_obstacle_does_not_lean_on_the_filter(monkeypatch
     monkeypatch.setitem(BUILT_IN, "extended", BUILT_IN["extended"])  # which the flight replaces
     result = flown(TELLO, ("crossing", 3))
     assert result.why == []
-    assert result.filtered < 0.05 * result.steps
+    assert 0 < result.limited < result.steps
+    assert result.leaning < 0.05 * result.steps
     assert (result.conflicts, result.turned) == (0, 0)  # nobody else is near
 
 
