@@ -4,7 +4,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from flockwire_operator.station.host import Host, busy_endpoint
+from flockwire_operator.station import host as hosts
+from flockwire_operator.station.flown import flown, flown_by
+from flockwire_operator.station.host import Host, PortInUseError, alone, busy_endpoint
 from ports import free_ports
 
 
@@ -71,3 +73,38 @@ def test_faults_go_to_those_whose_cores_inject_them_with_the_time_of_take_off_wh
         lines = {identity: host.command_line(identity, took_off) for identity in plan.started}
         longer = {identity: line[len(plain[identity]) :] for identity, line in lines.items() if line != plain[identity]}
         assert longer == {identity: ["--faults", "f", *more] for identity in injecting}
+
+
+def test_two_stations_of_one_swarm_exclude_each_other(make_plan, tmp_path):
+    plan = make_plan({"network.base_port": free_ports()})
+    (tmp_path / f"{plan.started[0]}.key").touch()
+    host = Host(plan, None, "local", None, tmp_path)
+    refused = pytest.raises(PortInUseError, match="another `flockwire up` flies with these keys")
+    with alone(host), refused, alone(host):
+        pass
+    with alone(host):  # the lock is gone with its holder
+        pass
+
+
+def test_a_terminal_that_takes_no_output_is_not_taken_for_another_station(make_plan, tmp_path):
+    host = Host(make_plan({"network.base_port": free_ports()}), None, "local", None, tmp_path)
+    with pytest.raises(BlockingIOError), alone(host):
+        raise BlockingIOError
+
+
+def test_nobody_is_told_to_end_processes_whose_drones_still_land(make_plan, tmp_path, monkeypatch):
+    plan, file = make_plan(), tmp_path / "lab.toml"
+    file.write_text("")
+    host = Host(plan, file, "local", None, tmp_path / "keys")
+    monkeypatch.setattr(hosts, "busy_endpoint", lambda *_: "in use; end that process")
+    with pytest.raises(PortInUseError, match="in use; end that process"), alone(host):
+        pass
+    still = pytest.raises(PortInUseError, match="they land the drones and end by themselves")
+    with flown(file, flown_by(plan.swarm, file, host.keys)), still, alone(host):  # its station was killed
+        pass
+
+
+def test_without_a_folder_of_keys_there_is_no_lock(make_plan, tmp_path):
+    host = Host(make_plan(), None, "localhost", None, tmp_path / "none")
+    with alone(host), alone(host):
+        assert not host.keys.exists()

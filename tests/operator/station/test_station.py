@@ -1,10 +1,6 @@
-"""`up` while it flies: stages, keys, interrupts, processes that die, statuses that are waited for, and its lock."""
+"""`up` while it flies: stages, keys, interrupts, and processes that die."""
 
 import asyncio
-import os
-import signal
-from contextlib import nullcontext
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -13,33 +9,19 @@ from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground import delivery, director
 from flockwire_core.ground.director import Stage
-from flockwire_core.runtime import session as sessions
-from flockwire_core.runtime.session import RouterAbsentError
 from flockwire_core.wire.keys import MISSION
 from flockwire_core.wire.phase import Phase
-from flockwire_operator.station import host as hosts
-from flockwire_operator.station import operator, processes
+from flockwire_operator.station import operator
 from flockwire_operator.station.conduct import LEFT_TO_THEMSELVES, serve
-from flockwire_operator.station.connecting import UNANSWERED
-from flockwire_operator.station.flown import flown, flown_by
-from flockwire_operator.station.host import Host, PortInUseError, alone
+from flockwire_operator.station.host import Host
 from flockwire_operator.station.operator import Operator
-from flockwire_operator.station.processes import UnansweredError
 from flockwire_operator.station.restarts import MOST_AT_ONCE
 from flockwire_operator.station.terminal.display import ELSEWHERE, Display
-from flockwire_operator.station.terminal.interrupts import Interrupts, interrupts
-from ports import free_ports
+from flockwire_operator.station.terminal.interrupts import Interrupts
 from simulated_children import Processes
 from simulated_pilots import SimulatedSwarm, started
 
 TICK = 0.005  # s between two looks of these tests' stations
-
-
-@pytest.fixture
-def make_plan(make_plan):
-    """Return the builder of a small swarm's plan at free ports."""
-    base = free_ports()
-    return lambda changes=None: make_plan({"network.base_port": base, **(changes or {})})
 
 
 class StationFlight:
@@ -323,123 +305,3 @@ def test_a_key_that_orders_nothing_reports_why(fly, capsys):
     printed = capsys.readouterr().out
     assert "hold: nothing ordered while preparing\n" in printed
     assert "resume: nothing ordered while preparing\n" in printed
-
-
-@pytest.fixture
-def starting(make_plan, monkeypatch):
-    """Return what starts a swarm's processes and returns them in their order; `lives`: who reports in the end."""
-
-    def start(changes=None, lives=lambda _: True, interrupts=0):
-        plan, children, interrupted = make_plan(changes), Processes(), Interrupts()
-        interrupted.count = interrupts
-        swarm = SimulatedSwarm(plan)
-        message = swarm.message
-        swarm.message = lambda key, now: (
-            message(key, now) if key.kind != "status" or (key.owner in children.started and lives(key.owner)) else None
-        )
-
-        async def connected(*_, **__):
-            return swarm
-
-        async def run():
-            async with processes.running(host, interrupted):
-                pass
-
-        monkeypatch.setattr(processes, "connected", connected)
-        monkeypatch.setattr(processes, "Children", lambda *_: children)
-        monkeypatch.setattr(hosts, "busy_endpoint", lambda *_: "")
-        monkeypatch.setattr(processes, "flown_by", lambda *_: None)
-        monkeypatch.setattr(processes, "flown", lambda *_: nullcontext())
-        host = Host(plan, None, plan.hosts["recorder"], None, Path("none"))
-        asyncio.run(run())
-        return children.started
-
-    monkeypatch.setattr(operator, "POLL_PERIOD", TICK)
-    monkeypatch.setattr(processes, "START_TIME", 0.1)
-    return start
-
-
-def test_no_process_starts_before_those_that_it_waits_for_have_reported(starting):
-    assert starting()[0] == "recorder"
-    assert starting({"network.mode": "router"})[:2] == ["router", "recorder"]
-
-
-def test_who_does_not_report_in_time_is_no_longer_waited_for(starting):
-    assert sorted(starting(lives=lambda name: name != "recorder")) == sorted(starting())
-
-
-def test_interrupted_it_starts_no_other_process(starting):
-    assert starting(interrupts=1) == []
-
-
-@pytest.fixture
-def without_router(make_plan, monkeypatch):
-    """Return what flies a swarm whose router never answers, and returns why that failed; `act` happens meanwhile."""
-
-    def fly(act):
-        plan, children, acts = make_plan({"network.mode": "router"}), Processes(), [act]
-
-        def unanswered(*_):
-            if acts:
-                acts.pop()(children)
-            raise RouterAbsentError
-
-        async def run():
-            host = Host(plan, None, plan.hosts["recorder"], None, Path("none"))
-            with interrupts() as interrupted, pytest.raises(UnansweredError) as error:
-                async with asyncio.timeout(10), processes.running(host, interrupted):
-                    pass
-            return str(error.value)
-
-        monkeypatch.setattr(processes, "Children", lambda *_: children)
-        monkeypatch.setattr(hosts, "busy_endpoint", lambda *_: "")
-        monkeypatch.setattr(processes, "flown_by", lambda *_: None)
-        monkeypatch.setattr(processes, "flown", lambda *_: nullcontext())
-        monkeypatch.setattr(sessions, "Session", unanswered)
-        return asyncio.run(run()), children.started
-
-    return fly
-
-
-def test_a_router_that_dies_before_it_answers_is_the_failure(without_router):
-    dead = "router ended unexpectedly (signal SIGKILL)"
-    assert without_router(lambda children: children.dead.append("router")) == (dead, ["router"])
-
-
-def test_an_interrupt_ends_the_wait_for_the_router(without_router):
-    assert without_router(lambda _: os.kill(os.getpid(), signal.SIGINT)) == (UNANSWERED, ["router"])
-
-
-def test_two_stations_of_one_swarm_exclude_each_other(make_plan, tmp_path):
-    plan = make_plan()
-    (tmp_path / f"{plan.started[0]}.key").touch()
-    host = Host(plan, None, "local", None, tmp_path)
-    refused = pytest.raises(PortInUseError, match="another `flockwire up` flies with these keys")
-    with alone(host), refused, alone(host):
-        pass
-    with alone(host):  # the lock is gone with its holder
-        pass
-
-
-def test_a_terminal_that_takes_no_output_is_not_taken_for_another_station(make_plan, tmp_path):
-    host = Host(make_plan(), None, "local", None, tmp_path)
-    with pytest.raises(BlockingIOError), alone(host):
-        raise BlockingIOError
-
-
-def test_nobody_is_told_to_end_processes_whose_drones_still_land(make_plan, tmp_path, monkeypatch):
-    plan, file = make_plan(), tmp_path / "lab.toml"
-    file.write_text("")
-    host = Host(plan, file, "local", None, tmp_path / "keys")
-    monkeypatch.setattr(hosts, "busy_endpoint", lambda *_: "in use; end that process")
-    with pytest.raises(PortInUseError, match="in use; end that process"), alone(host):
-        pass
-    still = pytest.raises(PortInUseError, match="they land the drones and end by themselves")
-    with flown(file, flown_by(plan.swarm, file, host.keys)), still, alone(host):  # its station was killed
-        pass
-
-
-def test_without_a_folder_of_keys_there_is_no_lock(make_plan, tmp_path):
-    host = Host(make_plan(), None, "localhost", None, tmp_path / "none")
-    with alone(host), alone(host):
-        assert not host.keys.exists()
