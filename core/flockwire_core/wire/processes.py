@@ -126,7 +126,7 @@ LEADING = Process(
     port=0,
     pilot=True,
     batches=True,
-    only_if="a leader",
+    only_if="leaders",
 )
 AGENT = Process(
     "agent",
