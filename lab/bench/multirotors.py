@@ -141,6 +141,7 @@ def step_response(body: Any) -> tuple[Any, np.ndarray]:
     now, changes, track, shown = 0, [], [], []
 
     def fly(velocity: Any, seconds: float, note: bool = False) -> None:
+        """Fly for `seconds` at `velocity`, m/s."""
         nonlocal now
         body.command(velocity, now)
         begin = now
@@ -167,6 +168,7 @@ def formation(kind: str, keys: dict[str, Any], seconds: float) -> tuple[np.ndarr
     errors, tilts = list[tuple[float, float]](), [0.0]
 
     def take(published: Published) -> None:
+        """Receive one message."""
         message: Any = published.message if published.key.kind in ("status", "truth") else None
         if published.key.kind == "truth":
             tilts.append(2.0 * hypot(*message.orientation[:2]))

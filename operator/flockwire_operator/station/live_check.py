@@ -53,6 +53,7 @@ async def look(plan: Plan, keys: Path) -> Seen:
         positions: dict[int, list[Vector]] = {drone: [] for drone in plan.pilots}
 
         def note() -> bool:
+            """Note the positions that drones report."""
             for drone, pilot in plan.pilots.items():
                 status = operator.statuses.get(pilot)
                 if status is not None and status.report.position is not None:
