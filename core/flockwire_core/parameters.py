@@ -52,7 +52,7 @@ def pilot_parameters(swarm: Swarm, number: int) -> PilotParameters:
         limits=swarm.limits,
         checks=swarm.checks,
         ground=swarm.ground,
-        disturbance=swarm.control.disturbance,
+        disturbance=swarm.control.compensated,
         guard=guard_parameters(swarm, number),
         filtered=swarm.control.filtered,
         sensing=avoidance.sensing == "nearby",

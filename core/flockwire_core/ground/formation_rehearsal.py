@@ -53,7 +53,7 @@ class Rehearsal:
         self._after = _Course(swarm.build_formation(name))
         self._guards = [guard_parameters(swarm, i) for i in swarm.followers] if swarm.control.filtered else []
         self._safe = swarm.drone_spacing
-        disturbance = swarm.control.disturbance if self._guards else 0.0  # commands compensate it
+        disturbance = swarm.control.compensated
         self._beside = f" and control.disturbance = {disturbance:g} m/s" if disturbance else ""
         self._speed = swarm.limits.speed - swarm.leader_speed - disturbance
         flown = max(survey_of(swarm, each).max_speed for each in (running.formation, name))

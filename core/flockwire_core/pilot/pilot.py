@@ -334,8 +334,8 @@ def shown(age: float) -> float:
 
 
 def _make_airframe(parameters: PilotParameters) -> AirframeState:
-    """Return what follows the airframe; it estimates a disturbance only beside a safety filter, if there may be one."""
+    """Return what follows the airframe; it estimates a disturbance only if it may compensate one."""
     lag, dead_time, most = parameters.lag, parameters.dead_time, parameters.disturbance
-    if not (parameters.filtered and most):
+    if not most:
         return AirframeState(lag, dead_time)
     return cast("AirframeState", load_object(DISTURBED)(lag, dead_time, most, parameters.guard.speed))

@@ -214,6 +214,11 @@ class Control(Model):
         """Whether the law has the safety filter."""
         return self.law != "paper" if self.safety_filter is None else self.safety_filter
 
+    @property
+    def compensated(self) -> float:
+        """The largest disturbance, m/s, that pilots compensate: beside the safety filter alone."""
+        return self.disturbance if self.filtered else 0.0
+
 
 class Observer(Model):
     """The fixed-time observer (8)."""

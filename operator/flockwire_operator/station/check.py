@@ -244,12 +244,11 @@ def _compensation_warnings(swarm: Swarm) -> Iterator[str]:
 
 
 def _wind_warnings(swarm: Swarm) -> Iterator[str]:
-    control, most = swarm.control, norm(swarm.wind.velocity) + swarm.wind.gust
-    compensated = control.disturbance if control.filtered else 0.0
+    compensated, most = swarm.control.compensated, norm(swarm.wind.velocity) + swarm.wind.gust
     if most > compensated and swarm.simulated:
         yield (
             f"the wind of up to {most:g} m/s is above what drones compensate, control.disturbance = {compensated:g}: "
-            f"they will be up to {(most - compensated) / control.formation_gain:.2f} m off their places, or more"
+            f"they will be up to {(most - compensated) / swarm.control.formation_gain:.2f} m off their places, or more"
         )
 
 

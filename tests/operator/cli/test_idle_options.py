@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 from flockwire_core.loading import load_swarm
+from flockwire_core.parameters import pilot_parameters
 from flockwire_core.swarm.model import Swarm
 from flockwire_operator.station.check import warnings
 from flockwire_operator.station.idle_options import IDLE, idle
@@ -27,7 +28,8 @@ CASES = {  # by the first option of a row: where its options do nothing, and whe
     "control.compensation_gain": (EXTENDED, {"control.law": "paper"}),
     "avoidance.drone_gain": (EXTENDED, EXTENDED | UNFILTERED),
     "observer.leader_time_constant": ({}, EXTENDED),
-    "avoidance.barrier_rate": ({}, EXTENDED),
+    "avoidance.barrier_rate": ({}, EXTENDED | UNFILTERED),
+    "limits.floor": ({}, EXTENDED),
     "avoidance.sensing_radius": ({"avoidance.sensing": "neighbours"}, {}),
     "limits.blind_speed": (
         {"avoidance.sensing": "neighbours"},
@@ -77,6 +79,24 @@ def test_an_option_is_named_where_it_does_nothing_and_only_there(make_swarm, fir
     (line,) = named(make_swarm(nothing | {option: value(option)}), option)
     assert line.startswith(f"{option} is set but has no effect: the file has ")
     assert not named(make_swarm(something | {option: value(option)}), option)
+
+
+@pytest.mark.parametrize(
+    ("changes", "option"),
+    [
+        ({"leader.kind": "ros", "ros": {}}, "leader.tracking_gain"),  # towards a PoseStamped
+        (EXTENDED, "avoidance.drone_influence_radius"),  # of a place that a drone takes, in the figures
+        ({}, "avoidance.margin"),  # of a landing without poses, and of a place that is taken
+    ],
+)
+def test_no_option_is_named_that_does_something(make_swarm, changes, option):
+    assert not named(make_swarm(changes | {option: value(option)}), option)
+
+
+def test_a_disturbance_without_a_safety_filter_reaches_no_pilot(make_swarm):
+    least = {"control.disturbance": 0.6, "limits.body_drift": 0.2}
+    assert pilot_parameters(make_swarm(least), 1) == pilot_parameters(make_swarm({"limits.body_drift": 0.2}), 1)
+    assert pilot_parameters(make_swarm(EXTENDED | least), 1).disturbance == 0.6
 
 
 @pytest.mark.parametrize(
