@@ -87,7 +87,7 @@ class Information(NamedTuple):
     output: Output = Output.VELOCITY
     message: type | None = None  # a NamedTuple of floats, ints, fixed tuples of them
     pace: Pace = Pace.STEP
-    silence: float = 0.3  # s, after which a neighbour counts as lost
+    silence: float = 0.3  # s, after which a neighbour counts as lost; of a LeaderMotion: limits.staleness
     leaders: tuple[int, int] = (0, 0)  # least, most
     directed: bool = True  # False: the graph must be symmetric
     signed: bool = False  # weights of both signs are taken
@@ -137,7 +137,7 @@ class Heard(Record):
         self.weight: Final = weight  # w_ij
         self.leads: Final = leads
         self.stamp: Final = stamp  # Unix ns
-        self.sequence: Final = sequence  # from 1 on
+        self.sequence: Final = sequence  # from 1 on; of a LeaderMotion 0
         self.content: Final = content  # of the type that the law declares
 
 
@@ -209,7 +209,7 @@ class Observation(Record):
         self.around: Final = around  # whoever is within the radius
         self.bodies: Final = bodies  # anonymous drones, obstacles, people, relative to the own drone
         self.heard: Final = heard  # the newest message of each in-neighbour that is not silent
-        self.news: Final = news  # all messages since the last step, in order
+        self.news: Final = news  # all messages since the last step, in order; no LeaderMotion
         self.place: Final = place  # None outside the formation phase, or without a place: the command is not used
         self.plan: Final = plan  # the newest result of `plan` that counts already
         self.now: Final = now  # Unix ns
