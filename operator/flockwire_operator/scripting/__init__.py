@@ -7,9 +7,11 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
+from importlib.util import find_spec
 from pathlib import Path
 
 from flockwire_core import clock
+from flockwire_core.extras import remedy
 from flockwire_core.loading import load_swarm
 from flockwire_core.wire.plan import Plan
 
@@ -27,10 +29,13 @@ async def open_swarm(
 
     Flying drones land at the end of the context. `virtual` flies in virtual time, by `seed`. Trace and report go into
     the folder `out` (default: runs/NAME-script-TIME; in virtual time nothing is written without it). Raises
-    SwarmFileError, PortInUseError, CredentialsError, FileExistsError if `out` has a trace of another flight.
+    SwarmFileError, PortInUseError, CredentialsError, FileExistsError if `out` has a trace of another flight,
+    ModuleNotFoundError without the extra `report`, which a flight with a trace needs.
     """
     path = Path(file)
     plan = Plan(load_swarm(path))
+    if (out is not None or not virtual) and find_spec("matplotlib") is None:
+        raise ModuleNotFoundError(f"the report needs the package matplotlib: {remedy('report')}", name="matplotlib")
     if out is not None:
         check_no_trace(Path(out))
     if virtual:

@@ -40,6 +40,20 @@ def test_the_page_s_script_flies_in_virtual_time_as_a_flight_without_one(script)
     assert len(summary.phases) == 2
 
 
+@pytest.mark.parametrize("how", [{}, {"virtual": True, "out": "flown"}], ids=["real", "virtual"])
+def test_without_the_package_of_its_report_nothing_flies(swarm_file, tmp_path, monkeypatch, how):
+    async def fly():
+        async with open_swarm(swarm_file, **how):
+            pytest.fail("it has opened")
+
+    before = sorted(tmp_path.iterdir())
+    monkeypatch.setattr("flockwire_operator.scripting.find_spec", lambda _: None)
+    with pytest.raises(ModuleNotFoundError, match=r"^the report needs the package matplotlib: .* install ") as raised:
+        asyncio.run(fly())
+    assert raised.value.name == "matplotlib"
+    assert sorted(tmp_path.iterdir()) == before
+
+
 def test_every_order_returns_when_it_is_obeyed(swarm_file):
     async def fly():
         seen = []
