@@ -29,7 +29,7 @@ class Errors:
 
 @dataclass(frozen=True, slots=True)
 class ErrorFigures:
-    """Largest and root-mean-square error over the tail, m, and when it settled, s of mission time."""
+    """Largest and root-mean-square error over the tail, m, and when it settled, s from the phase's start."""
 
     max_tail: float | None = None
     rms_tail: float | None = None

@@ -143,7 +143,7 @@ def fly(seed: int, say: Callable[[str], None] | None = None, bounds: Bounds = BO
 
 
 def fly_rare(seed: int, say: Callable[[str], None] | None = None) -> Result:
-    """Fly the flight of `seed` with what `--rare` adds.
+    """Fly the flight of `seed` with what the family "rare faults" adds.
 
     A stop waits for a closed link, and for a late message, a landing for a place where there is hardly one.
     """

@@ -1,4 +1,4 @@
-"""What `--rare` adds to a drawn flight: rare branches of the network, orders of two stations, rare faults.
+"""What "rare faults" adds to a drawn flight: rare branches of the network, orders of two stations, rare faults.
 
 The draws look for what no usual one reaches: an order at the moment of another one, a process that restarts as its
 drone takes off, a start without a drone, a body with another's name, a person, a drone in a hand.

@@ -1,4 +1,4 @@
-"""What `--rare` changes in the swarm file of a drawn flight: a small swarm, limits reached at once, hardly any room."""
+"""What the family "rare faults" changes in a swarm file: a small swarm, limits reached at once, hardly any room."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """How long an emergency stop takes: from the order to the telemetry that says that the motors of all drones are off.
 
-    lab/bench/stop.py [--runs 30] [--in-flight 3]
+    .venv-dev/bin/python lab/bench/stop.py [--runs 30] [--in-flight 3]
 
 Rows: a session that is kept, a one-shot `flockwire stop` on an idle machine and with all cores busy, to the drivers of
 five drones on the ground; then a one-shot in flight, with each kind of process dead. The way back of the telemetry is

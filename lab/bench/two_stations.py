@@ -1,6 +1,6 @@
 """Orders from two terminals and a console's page to real processes: the last one to come down holds, whoever gave it.
 
-    lab/bench/two_stations.py [--landings 100] [--sequences 200] [--busy] [--seed 0]
+    .venv-dev/bin/python lab/bench/two_stations.py [--landings 100] [--sequences 200] [--busy] [--seed 0]
 
 A landing: `flockwire start` in one terminal and 0.02 to 2 s later `flockwire land` in another, in the air, on the
 ground and during take-off. A sequence: four to eight orders from both terminals and the page, 0.02 to 2 s apart, the

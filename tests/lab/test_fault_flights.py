@@ -17,7 +17,7 @@ from rare_draws import RARE_KINDS, rare_faults
 from stacked import drawn as stacked
 
 FLIGHTS = 4
-RARE, TELLO = 18, 3  # with --rare a small swarm and orders of a second station; airframes with drivers
+RARE, TELLO = 18, 3  # of rare faults: a small swarm and orders of a second station; airframes with drivers
 
 
 @pytest.fixture(scope="module")

@@ -55,7 +55,7 @@ class Flight(ABC):
 
     @property
     def drones(self) -> dict[int, DroneStatus]:
-        """The state of every drone, by its id (0: the leader)."""
+        """The state of every drone that flies, by its id."""
         fresh = self._fleet().fresh
         return {i: _status(fresh[i].report if i in fresh else None) for i in self._plan.pilots}
 
