@@ -120,12 +120,16 @@ class Planner:
 
     def _best_way(self, here: Corner, goal: Corner, obstacles: Sequence[Disc], drones: Sequence[Disc]) -> Way | None:
         """Return the way, with more berth where it is hardly longer; note whether it passes above or below drones."""
+        every = [*obstacles, *drones]
+        wide = self._way(here, goal, every, BERTH)
+        self._passes = False
+        if wide is not None and not wide.side:
+            return wide  # straight, as all are then
         direct = self._way(here, goal, obstacles, 0.0)
-        way = self._way(here, goal, [*obstacles, *drones], 0.0) if drones else direct
+        way = self._way(here, goal, every, 0.0) if drones else direct
         self._passes = direct is not None and (way is None or way.length > direct.length + ROUND)
         if self._passes or way is None:
             return direct
-        wide = self._way(here, goal, [*obstacles, *drones], BERTH)
         return wide if wide is not None and wide.length < way.length + LITTLE else way
 
     def _remember(self, position: Vector, bodies: Sequence[Body]) -> None:
