@@ -75,13 +75,15 @@ class Room(Frozen):
         polygon is a separate wall, n from its nearest point to the path from the one to the other. Outside, n leads
         straight back, and no other edge counts. `recovery` in m/s, at most, back from outside.
         """
-        found: list[HalfSpace | None] = []
-        low = (self.low[0], self.low[1], max(self.low[2], floor))
-        for k in range(3):
-            near, far = min(position[k], stopping[k]), max(position[k], stopping[k])
-            x, y, z = float(k == 0), float(k == 1), float(k == 2)
-            found.append(approach.half_space((x, y, z), near - low[k], 0.0, recovery))
-            found.append(approach.half_space((-x, -y, -z), self.high[k] - far, 0.0, recovery))
+        (px, py, pz), (qx, qy, qz), (a, b, c), (d, e, f) = position, stopping, self.low, self.high
+        found = [
+            approach.half_space((1.0, 0.0, 0.0), min(px, qx) - a, 0.0, recovery),
+            approach.half_space((-1.0, 0.0, 0.0), d - max(px, qx), 0.0, recovery),
+            approach.half_space((0.0, 1.0, 0.0), min(py, qy) - b, 0.0, recovery),
+            approach.half_space((0.0, -1.0, 0.0), e - max(py, qy), 0.0, recovery),
+            approach.half_space((0.0, 0.0, 1.0), min(pz, qz) - max(c, floor), 0.0, recovery),
+            approach.half_space((0.0, 0.0, -1.0), f - max(pz, qz), 0.0, recovery),
+        ]
         if self.corners:
             ends = (position[:2], stopping[:2])
             gap, (nx, ny) = min(clearance(self.corners, end) for end in ends)

@@ -116,15 +116,13 @@ class Guard:
         ranks += [_FIXED] * (len(spaces) - len(ranks))
         centre, radius, plane = speed_and_acceleration(last, speed, change)
         limits = [plane] if plane is not None else []
-        movers = [space for space, rank in zip(spaces, ranks, strict=True) if rank == _MOVER]
+        movers = [spaces[k] for k, rank in enumerate(ranks) if rank == _MOVER]
         v, violation = nearest_velocity(seen, spaces + limits, radius, centre)
         if violation > 0.0:
             v = _compromise(seen, spaces, ranks, movers + limits, approach, speed, change)
         x, y, z = v = limit((v[0], v[1], max(v[2], lowest)), approach.speed)
         was = self.is_cornered
-        held = [
-            rank for (nx, ny, nz, b), rank in zip(spaces, ranks, strict=True) if nx * x + ny * y + nz * z < b + _TOUCHES
-        ]
+        held = [ranks[k] for k, (nx, ny, nz, b) in enumerate(spaces) if nx * x + ny * y + nz * z < b + _TOUCHES]
         self.is_held, self.is_held_by_fixed = bool(held), _FIXED in held
         self.is_cornered = violation > 0.0 and any(nx * x + ny * y + nz * z < b - _TOUCHES for nx, ny, nz, b in movers)
         self.cornered += self.is_cornered and not was
@@ -140,8 +138,8 @@ class Guard:
         positions = [add(motion.position, body.relative_position) for body in bodies]
         velocities = self._tracks.update(positions, at)
         return [
-            Body(body.kind, body.relative_position, body.radius, velocity) if body.kind is BodyKind.DRONE else body
-            for body, velocity in zip(bodies, velocities, strict=True)
+            Body(body.kind, body.relative_position, body.radius, velocities[k]) if body.kind is BodyKind.DRONE else body
+            for k, body in enumerate(bodies)
         ]
 
     def _bodies(

@@ -121,6 +121,17 @@ TABLE: Final = (
 )
 
 
+class Bound:
+    """A row, the place of its input among INPUTS, and its limit: what is compared a hundred times a second."""
+
+    def __init__(self, row: Row, limits: Limits) -> None:
+        limit = row.limit
+        self.row: Final = row
+        self.place: Final = list(INPUTS).index(row.input)
+        self.below: Final = row.below
+        self.limit: Final = float(attrgetter(limit)(limits) if isinstance(limit, str) else limit)
+
+
 class Reactions:
     """Applies the table with the `limits` of a drone; `driver` are the processes that drive it.
 
@@ -128,11 +139,7 @@ class Reactions:
     """
 
     def __init__(self, limits: Limits, driver: str, leaders: tuple[int, ...] = (0,), relays: bool = True) -> None:
-        places = {name: place for place, name in enumerate(INPUTS)}
-        self._rows: list[tuple[Row, int, float]] = [
-            (row, places[row.input], attrgetter(row.limit)(limits) if isinstance(row.limit, str) else row.limit)
-            for row in TABLE
-        ]
+        self._bounds = [Bound(row, limits) for row in TABLE]
         self._driver, self._leaders, self._relays = driver, leaders, relays
 
     def find(
@@ -143,9 +150,9 @@ class Reactions:
         `failure` is that of the law; the neighbours `missing` have no valid estimate.
         """
         found: dict[str, Reason] = {}
-        for row, place, limit in self._rows:
-            value = values[place]
-            beyond = value < limit if row.below else value > limit
+        for bound in self._bounds:
+            row, value, limit = bound.row, values[bound.place], bound.limit
+            beyond = value < limit if bound.below else value > limit
             if beyond and row.reaction not in found and phase in row.phases:
                 names, news = ", ".join(map(self._name, missing)), ESTIMATE if self._relays else NEIGHBOURS
                 text = row.text.format(

@@ -24,9 +24,11 @@ from __future__ import annotations
 from collections import deque
 from itertools import pairwise
 from math import sqrt
-from typing import Final, NamedTuple
+from typing import Final
 
+from flockwire_core.compiling import mypyc_attr
 from flockwire_core.domain.motion import Motion
+from flockwire_core.domain.record import Record
 from flockwire_core.domain.vector import Vector, add, distance, norm, scale, subtract
 
 WINDOW: Final = 2.0  # s
@@ -35,12 +37,16 @@ LAG_ERROR: Final = 0.6
 UNMOVED: Final = 0.05  # m of motion that need not show
 
 
-class Moved(NamedTuple):
+@mypyc_attr(acyclic=True)
+class Moved(Record):
     """What was seen `at` a time, s: the motion, and the integral of the commands, m."""
 
-    at: float
-    motion: Motion
-    travelled: Vector
+    __slots__ = ("at", "motion", "travelled")
+
+    def __init__(self, at: float, motion: Motion, travelled: Vector) -> None:
+        self.at: Final = at
+        self.motion: Final = motion
+        self.travelled: Final = travelled
 
 
 class MotionResidual:
