@@ -18,30 +18,27 @@ from flockwire_core.swarm.model import Swarm
 from flockwire_mocap.lost_body import STILL, LostBody, drone_spread, person_spread
 from flockwire_mocap.tracking import Drone
 
-Cell = tuple[int, int]
+COLUMN: Final = 1 << 20  # cells, more than a field is wide
+AROUND: Final = [i * COLUMN + j for i in (-1, 0, 1) for j in (-1, 0, 1)]
 
 
 class Vicinity:
-    """The `places` (m), sorted into upright columns of `reach` x `reach` m: few bodies share one."""
+    """The `places` (m), sorted into upright columns of `reach` x `reach` m, each with those round it."""
 
     def __init__(self, places: Iterable[Vector], reach: float) -> None:
         self._reach = reach
-        self._cells: dict[Cell, list[int]] = {}
+        self._near: dict[int, list[int]] = {}
         for k, place in enumerate(places):
-            self._cells.setdefault(self._cell(place), []).append(k)
+            cell = self._cell(place)
+            for other in AROUND:
+                self._near.setdefault(cell + other, []).append(k)
 
     def round(self, position: Vector) -> list[int]:
         """Return the indices of all places that may be within reach of `position`, ascending."""
-        cells, (a, b) = self._cells, self._cell(position)
-        found: list[int] = []
-        for i in (a - 1, a, a + 1):
-            for j in (b - 1, b, b + 1):
-                if (i, j) in cells:
-                    found += cells[i, j]
-        return sorted(found)
+        return self._near.get(self._cell(position), [])
 
-    def _cell(self, place: Vector) -> Cell:
-        return (floor(place[0] / self._reach), floor(place[1] / self._reach))
+    def _cell(self, place: Vector) -> int:
+        return COLUMN * floor(place[0] / self._reach) + floor(place[1] / self._reach)
 
 
 DRONE: Final = BodyKind.DRONE  # compiled, a constant costs less than an attribute
