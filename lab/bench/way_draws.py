@@ -141,6 +141,12 @@ def straight(number: int, airframe: Table) -> Flight:
     return _passed(chance, NINE, 2, 16.0, _straight(0.3), lambda t: (0.3 * t, 0.0), airframe)
 
 
+def early(number: int, airframe: Table) -> Flight:
+    """Nine in a grid behind a leader on a line, two obstacles that no place passes later than 8 s."""
+    chance = Random(f"early {number}")
+    return _passed(chance, NINE, 2, 8.0, _straight(0.3), lambda t: (0.3 * t, 0.0), airframe, passes=False)
+
+
 def free(number: int, airframe: Table) -> Flight:
     """Nine in a grid behind a leader on a line, no obstacles: only the others are in the way."""
     chance = Random(f"free {number}")
@@ -157,7 +163,7 @@ def drawn(number: int, airframe: Table) -> Flight:
 
 FAMILIES: dict[str, Callable[[int, Table], Flight]] = {
     family.__name__: family
-    for family in (issue, obstacles, crossing, person, swap, corridor, circling, straight, free, drawn)
+    for family in (issue, obstacles, crossing, person, swap, corridor, circling, straight, early, free, drawn)
 }
 
 
@@ -260,8 +266,12 @@ def _passed(
     airframe: Table,
     largest: float = 0.4,
     tries: float = inf,
+    passes: bool = True,
 ) -> Flight | None:
-    """Return a flight whose places pass `count` obstacles from FIRST to `last` s, none later; None after `tries`."""
+    """Return a flight whose places pass `count` obstacles from FIRST to `last` s, none later; None after `tries`.
+
+    If not `passes`, the obstacles may also be where no place comes, or comes from the start on.
+    """
     table, formation, followers = shape
     found = list[tuple[Point, float]]()
     times = [0.1 * k for k in range(round(10.0 * LAST))]
@@ -277,7 +287,8 @@ def _passed(
             continue
         nearest = [(t, min(dist(center, place) for place in now)) for t, now in moved]
         near = [t for t, least in nearest if least < radius + KEPT + 0.1]
-        if any(least < radius + KEPT for _, least in nearest) and near[0] > FIRST and near[-1] < last:
+        passed = any(least < radius + KEPT for _, least in nearest) and near[0] > FIRST
+        if (passed or not passes) and not (near and near[-1] >= last):
             found.append((center, radius))
     return _obstructed(chance, followers, table, found, path, merged(TELLO, airframe), LAST)
 

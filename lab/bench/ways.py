@@ -42,7 +42,7 @@ SLACK, GRACE = 1.5, 3.0  # times the shortest detour and the forbidden time, and
 DETOUR_TOLERANCE = 0.05  # m
 SETTLED = 20.0  # s: bar of the grids
 SLOWER = 2.5  # times the free way's time: bar of exchanges
-GRIDS = ("circling", "straight", "free", "drawn")
+GRIDS = ("circling", "straight", "early", "free", "drawn")
 
 
 def fly(family: str, number: int, airframe: dict[str, Any]) -> Result:
