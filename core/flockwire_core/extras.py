@@ -18,6 +18,12 @@ def remedy(extra: str) -> str:
     return f"{installer} {' '.join(wanted)}"
 
 
+def require(module: str, extra: str, what: str) -> None:
+    """Raise ModuleNotFoundError without the package `module` of an extra, before `what` is needed."""
+    if find_spec(module) is None:
+        raise ModuleNotFoundError(f"{what} needs the package {module}: {remedy(extra)}", name=module)
+
+
 def lacking(error: ModuleNotFoundError) -> str:
     """Return a line with the missing extra of a failed import and its `remedy`; empty if no extra has it."""
     module = (error.name or "").partition(".")[0]

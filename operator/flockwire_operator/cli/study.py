@@ -9,9 +9,9 @@ import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
-from importlib.util import find_spec
 from pathlib import Path
 
+from flockwire_core.extras import require
 from flockwire_core.loading import parse_swarm
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.wording import InputError
@@ -50,8 +50,7 @@ def study(
     Raises InputError for bad input and ModuleNotFoundError without matplotlib, before anything is written; OSError if
     `out` fails.
     """
-    if find_spec("matplotlib") is None:  # said before all flights have flown
-        raise ModuleNotFoundError("No module named 'matplotlib'", name="matplotlib")
+    require("matplotlib", "report", "the study")  # said before all flights have flown
     table, checked = read(swarm)
     plan = load_study(file, options, Study)
     with naming(file or swarm):

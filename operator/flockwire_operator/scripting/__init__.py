@@ -7,11 +7,10 @@ from __future__ import annotations
 
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
-from importlib.util import find_spec
 from pathlib import Path
 
 from flockwire_core import clock
-from flockwire_core.extras import remedy
+from flockwire_core.extras import require
 from flockwire_core.loading import load_swarm
 from flockwire_core.wire.plan import Plan
 
@@ -34,8 +33,8 @@ async def open_swarm(
     """
     path = Path(file)
     plan = Plan(load_swarm(path))
-    if (out is not None or not virtual) and find_spec("matplotlib") is None:
-        raise ModuleNotFoundError(f"the report needs the package matplotlib: {remedy('report')}", name="matplotlib")
+    if out is not None or not virtual:
+        require("matplotlib", "report", "the report")
     if out is not None:
         check_no_trace(Path(out))
     if virtual:

@@ -70,7 +70,7 @@ def flockwire(*arguments: object) -> Ended:
 def test_without_the_package_of_its_figures_a_study_flies_nothing(
     files: tuple[Path, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("flockwire_operator.cli.study.find_spec", lambda _: None)
+    monkeypatch.setattr("flockwire_core.extras.find_spec", lambda _: None)
     ended = flockwire(*files, "--out", tmp_path / "out")
     assert isinstance(ended.exception, ModuleNotFoundError)
     assert ended.exception.name == "matplotlib"  # `entry` prints the package and the command that installs it

@@ -47,7 +47,7 @@ def test_without_the_package_of_its_report_nothing_flies(swarm_file, tmp_path, m
             pytest.fail("it has opened")
 
     before = sorted(tmp_path.iterdir())
-    monkeypatch.setattr("flockwire_operator.scripting.find_spec", lambda _: None)
+    monkeypatch.setattr("flockwire_core.extras.find_spec", lambda _: None)
     with pytest.raises(ModuleNotFoundError, match=r"^the report needs the package matplotlib: .* install ") as raised:
         asyncio.run(fly())
     assert raised.value.name == "matplotlib"
