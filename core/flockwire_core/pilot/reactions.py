@@ -128,7 +128,6 @@ class Bound:
         limit = row.limit
         self.row: Final = row
         self.place: Final = list(INPUTS).index(row.input)
-        self.below: Final = row.below
         self.limit: Final = float(attrgetter(limit)(limits) if isinstance(limit, str) else limit)
 
 
@@ -152,7 +151,7 @@ class Reactions:
         found: dict[str, Reason] = {}
         for bound in self._bounds:
             row, value, limit = bound.row, values[bound.place], bound.limit
-            beyond = value < limit if bound.below else value > limit
+            beyond = value < limit if row.below else value > limit
             if beyond and row.reaction not in found and phase in row.phases:
                 names, news = ", ".join(map(self._name, missing)), ESTIMATE if self._relays else NEIGHBOURS
                 text = row.text.format(
