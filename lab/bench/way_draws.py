@@ -173,19 +173,14 @@ Path = tuple[Table, Callable[[Point], float]]
 
 
 def _straight(speed: float) -> Path:
-    def away(point: Point) -> float:
-        return abs(point[1]) if point[0] > 0.0 else hypot(*point)
-
-    return {"kind": "constant", "velocity": [speed, 0.0, 0.0]}, away
+    table = {"kind": "constant", "velocity": [speed, 0.0, 0.0]}
+    return table, lambda point: abs(point[1]) if point[0] > 0.0 else hypot(*point)
 
 
 def _circle(radius: float, rate: float) -> Path:
     """Return a circle that begins at the origin."""
-
-    def away(point: Point) -> float:
-        return min(dist(point, (radius * sin(0.1 * k), radius * (1.0 - cos(0.1 * k)))) for k in range(63))
-
-    return {"kind": "circle", "radius": radius, "rate": rate}, away
+    points = [(radius * sin(0.1 * k), radius * (1.0 - cos(0.1 * k))) for k in range(63)]
+    return {"kind": "circle", "radius": radius, "rate": rate}, lambda point: min(dist(point, one) for one in points)
 
 
 def _on_circle(radius: float, rate: float) -> Callable[[float], Point]:
@@ -197,12 +192,7 @@ def _lemniscate(size: float, speed: float) -> tuple[Path, Callable[[float], Poin
     points = [(size * sin(k * pi / 24.0), 0.5 * size * sin(k * pi / 12.0), 0.0) for k in range(49)]
     table = {"kind": "waypoints", "points": [list(point) for point in points], "speed": speed, "loop": True}
     flown = Waypoints(tuple(points), speed, True)
-
-    def position(t: float) -> Point:
-        x, y, _ = flown.position(t)
-        return (x, y)
-
-    return (table, lambda point: min(dist(point, (x, y)) for x, y, _ in points)), position
+    return (table, lambda point: min(dist(point, (x, y)) for x, y, _ in points)), lambda t: flown.position(t)[:2]
 
 
 def _drawn(chance: Random, airframe: Table) -> Flight | None:
