@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import sqrt
+from math import hypot, sqrt
 
 from flockwire_core.control.free_place import Disc
 from flockwire_core.control.plane_polygon import Corner
@@ -44,23 +44,29 @@ def lateral_shift(
         x = max_k f(w(s_k) − d_k),   X = max_k R_k − d_k        (ours)
 
     `place` (m) moves along the unit vector `along`. s_k is its position along it and d_k that to the `side` (+1: left,
-    −1: right) of disc k. Only those discs count that the place's line crosses, and those that overlap with them and
-    that the line shifted by X crosses. Both are 0 if there are none. The shift is reached `early`, m, before the
-    discs: s_k + early counts in place of s_k < 0, but 0 at most.
+    −1: right) of disc k. Only those discs count that the place's line crosses, and those into which the shift beside
+    them leads, now or abreast of them. Both are 0 if there are none. The shift is reached `early`, m,
+    before the discs: s_k + early counts in place of s_k < 0, but 0 at most.
     """
-    (px, py), (ux, uy) = place, along
-    own, others = list[_Beside](), list[_Beside]()
+    (px, py), (ux, uy), own, others = place, along, list[_Beside](), list[_Beside]()
     for cx, cy, r in discs:
         x, y = px - cx, py - cy
         s, d = ux * x + uy * y, side * (ux * y - uy * x)
         if s < r + (2.0 * r + ROUNDING) / slope:  # not passed
             s = max(min(s + early, 0.0), s)
             (own if abs(d) < r else others).append((s, d, r))
-    largest = max([r - d for _, d, r in own], default=0.0)
-    while joining := [
-        (s, d, r) for s, d, r in others if abs(d + largest) < r and any(abs(s - t) < r + q for t, _, q in own)
-    ]:
+    while joining := [one for one in others if _leads_into(one, own, slope)]:
         own.append(joining[0])
         others.remove(joining[0])
-        largest = max(largest, joining[0][2] - joining[0][1])
-    return max([rounded(half_width(s, r, slope) - d) for s, d, r in own], default=0.0), largest
+    return _shift(own, 0.0, slope), max([r - d for _, d, r in own], default=0.0)
+
+
+def _shift(discs: Sequence[_Beside], moved: float, slope: float) -> float:
+    """Return the shift beside `discs` of a place that has moved on by `moved`, m."""
+    return max([rounded(half_width(s + moved, r, slope) - d) for s, d, r in discs], default=0.0)
+
+
+def _leads_into(disc: _Beside, own: Sequence[_Beside], slope: float) -> bool:
+    """Return whether the shift beside `own` leads the place into `disc`, now or where it is abreast of it."""
+    s, d, r = disc
+    return any(hypot(s + moved, d + _shift(own, moved, slope)) < r for moved in (0.0, max(-s, 0.0)))

@@ -62,3 +62,15 @@ def test_an_early_shift_is_the_same_only_earlier(s: float, aside: float, early: 
     shift, most = lateral_shift((s, aside), ALONG, disc, 1.0, slope, early)
     usual = s + early if s < -early else max(s, 0.0)
     assert (shift, most) == lateral_shift((usual, aside), ALONG, disc, 1.0, slope)
+
+
+@pytest.mark.parametrize(("apart", "most"), [(0.3, 1.3), (0.5, 1.3), (0.8, 0.5), (3.0, 0.5)])
+def test_a_disc_beside_the_line_counts_if_the_shift_would_lead_into_it(apart: float, most: float) -> None:
+    found = [(2.0, 0.0, 0.5), (2.0 + apart, 0.8, 0.5)]
+    assert lateral_shift((0.0, 0.0), ALONG, found, 1.0, 0.4)[1] == pytest.approx(most)
+    assert lateral_shift((0.0, 0.0), ALONG, found, -1.0, 0.4)[1] == pytest.approx(0.5)
+
+
+def test_a_row_of_discs_that_is_reached_one_after_the_other_is_no_wall() -> None:
+    row = [(2.0 + 0.9 * k, 0.6 * k, 0.5) for k in range(5)]
+    assert lateral_shift((0.0, 0.0), ALONG, row, 1.0, 1.0)[1] == pytest.approx(0.5)
