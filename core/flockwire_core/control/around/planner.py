@@ -66,8 +66,7 @@ class Planner:
 
         `bodies` are relative to the position, m; `now` in s.
         """
-        own = self._guard
-        x, y, z = error
+        own, (x, y, z) = self._guard, error
         if now - self._planned >= PERIOD:
             self._planned += PERIOD * ((now - self._planned) // PERIOD)
             vx, vy = self._steady
@@ -76,8 +75,7 @@ class Planner:
                 self._plan((x, y), motion, velocity, bodies)
             else:
                 self._forget()
-        vx, vy = self._rate
-        t = now - self._planned
+        (vx, vy), t = self._rate, now - self._planned
         x, y = self._ahead[0] + t * vx - x, self._ahead[1] + t * vy - y
         reach, rise = sqrt(x * x + y * y), self._rise(z, (x, y), bodies) if self._passes else 0.0
         pull = self._gain * (1.0 + self._rest / max(reach, 1e-6))
@@ -89,13 +87,12 @@ class Planner:
         Two that meet see each other in opposite directions, so one flies above the other; nobody waits. Who is on its
         own level already flies the same way.
         """
-        kept = self._guard.separation.drone + SPARE
-        nearest, rise, drone = 2.0 * SOON * self._guard.speed, 0.0, BodyKind.DRONE
+        kept, nearest, rise = self._guard.separation.drone + SPARE, 2.0 * SOON * self._guard.speed, 0.0
         for body in bodies:
             x, y, up = body.relative_position
             gap, side = sqrt(x * x + y * y), 1.0 if x * EAST[0] + y * EAST[1] > 0.0 else -1.0
             ahead = gap < kept or x * along[0] + y * along[1] > 0.0
-            if body.kind is drone and gap < nearest and ahead and side * (z + up) < 0.25 * kept:
+            if body.kind is BodyKind.DRONE and gap < nearest and ahead and side * (z + up) < 0.25 * kept:
                 nearest, rise = gap, z + up + side * kept
         return rise
 
@@ -110,8 +107,7 @@ class Planner:
             if self._planned - self._turned > SOON:
                 self._turn = (0.0, 0.0)
             x, y = self._goal(here, motion, passed, drones, PERIOD)
-            rate = ((x - goal[0]) / PERIOD, (y - goal[1]) / PERIOD)
-            self._ahead, self._rest = goal, 0.0
+            self._ahead, self._rest, rate = goal, 0.0, ((x - goal[0]) / PERIOD, (y - goal[1]) / PERIOD)
             self._rate = rate if hypot(*rate) < self._guard.speed else (0.0, 0.0)  # else the side has changed
         else:
             self._ahead, self._rate, self._rest = way.ahead, (0.0, 0.0), max(way.length - AHEAD, 0.0)
@@ -145,8 +141,7 @@ class Planner:
             for one in self._known
             if dist(one[:2], (x, y)) - one[2] > sight - kept and all(dist(one[:2], two[:2]) > SPARE for two in seen)
         ]
-        self._left = left[:MOST_KNOWN]
-        self._known = seen + self._left
+        self._left, self._known = left[:MOST_KNOWN], seen + left[:MOST_KNOWN]
 
     def _discs(
         self, here: Corner, motion: Motion, velocity: Vector, bodies: Sequence[Body]
@@ -212,9 +207,8 @@ class Planner:
             shift, most = lateral_shift((x + t * vx, y + t * vy), along, discs, side, slope, early * speed)
             there = (x - side * most * along[1], y + side * most * along[0])
             cost = most + dist(here, there) + (RIGHT if side > 0.0 else 0.0)
-            cost += LITTLE if side == -self._side and not early else 0.0
-            for cx, cy, r in drones:
-                cost += 2.0 * max(r - dist(there, (cx, cy)), 0.0)
+            cost += 2.0 * LITTLE if side == -self._side and not early else 0.0
+            cost += 2.0 * sum([max(r - dist(there, (cx, cy)), 0.0) for cx, cy, r in drones])
             shifted = (x - side * shift * along[1], y + side * shift * along[0])
             found.append((cost, side if most > 0.0 else 0.0, shifted))
         _, side, goal = min(found)

@@ -131,7 +131,7 @@ def test_the_side_of_the_last_way_is_kept() -> None:
 def test_the_side_on_which_a_place_passes_is_kept() -> None:
     drone, sides = Drone(1, (-2.0, 0.0, 1.0), (-2.0, 0.0, 1.0), (0.3, 0.0, 0.0)), []
     for k in range(400):  # its tracker moves the obstacle from one side to the other, five times a second
-        drone.step([(0.0, 0.1 if k // 10 % 2 else -0.1, 0.37)], [], k * DT)
+        drone.step([(0.0, -0.1 if k // 10 % 2 else 0.1, 0.37)], [], k * DT)
         sides.append(drone.position[1])
     assert max(sides) < 0.01
     assert drone.deviation < 0.8
