@@ -87,7 +87,7 @@ class TrajectoryTime:
 
 SLACK = 0.3  # m beyond the free error at which the trajectory stops
 CLEAR = 0.2  # m beyond the safety distance from which on a goal may wait
-CATCH_UP = 0.5  # m/s, largest correction, unless the trajectory itself is faster
+CATCH_UP = 0.3  # m/s, largest correction, unless the trajectory itself is faster
 
 
 class Course:
