@@ -105,6 +105,11 @@ class Watch:
                 else:
                     result.conflicts += 1
 
+    @property
+    def lasted(self) -> float:
+        """The length of the formation phase, s."""
+        return (self._end - self._start) / SECOND
+
     def done(self) -> None:
         """Judge the end of the flight."""
         result = self._result

@@ -24,6 +24,7 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
+from flockwire_analysis.phases import TAIL
 from flockwire_analysis.summary import summarise
 from flockwire_core.loading import parse_swarm
 from flockwire_core.swarm.laws import BUILT_IN
@@ -35,7 +36,7 @@ from flockwire_lab.world import World
 from law_noted import NOTED, SENT
 from settling import IDEAL, TELLO, merged
 from way_draws import FAMILIES, Flight
-from way_watch import SOON, STAYED, Result, Watch
+from way_watch import SOON, Result, Watch
 
 BACK = 5.0  # s off a free place, behind a person
 SLACK, GRACE = 1.5, 3.0  # times the shortest detour and the forbidden time, and s more: bars of crossings
@@ -78,7 +79,7 @@ def fly(family: str, number: int, airframe: dict[str, Any]) -> Result:
     if recorded is not None:
         summary = summarise(recorded.trace())
         kept = result.drones >= safe.drone and result.obstacles >= safe.obstacle
-        if summary.ok != (kept and result.settled < flight.duration - STAYED and not outcome.failure):
+        if summary.ok != (kept and result.settled < (1.0 - TAIL) * watch.lasted and not outcome.failure):
             result.why.append(f"verdict: {'; '.join(summary.failures()) or 'all well'}")
     return result
 
