@@ -14,7 +14,6 @@ from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector, add
 from flockwire_core.follower_law import follower_law
 from flockwire_core.law import Decision, Observation, Sense
-from flockwire_core.objects import load_object
 from flockwire_core.parameters import pilot_parameters
 from flockwire_core.pilot.law_command import LawCommand
 from flockwire_core.pilot.orders import is_known
@@ -30,10 +29,9 @@ from flockwire_core.wire.status import CONFLICTS, FILTERED, LAW_STEPS, Report, S
 
 from flockwire_agent.exchange import Exchange
 from flockwire_agent.guarded_law import GuardedLaw
-from flockwire_agent.ordered_place import OrderedPlace
+from flockwire_agent.ordered_place import site_of
 
 NONE = -1.0  # m: there is no formation error
-AUCTIONED = "flockwire_agent.place_auction:AuctionedPlace"  # the place by an auction, which few swarms have
 
 
 class AgentCore:
@@ -54,9 +52,7 @@ class AgentCore:
         form, make = law_form(declared), partial(law or follower_law, swarm, number)
         self._law = GuardedLaw(make, name, stopwatch, declared, form, aside)
         self._exchange = Exchange(swarm, number, declared, form, pilot.born)
-        self._site: OrderedPlace = (
-            load_object(AUCTIONED)(swarm, number, pilot.born) if swarm.auctioned else OrderedPlace(swarm, number)
-        )
+        self._site = site_of(swarm, number, pilot.born)
         pilot.accelerates = accelerates(swarm, number)
         self._command = LawCommand(declared, parameters, pilot.accelerates)
         own = declared.own  # a flag's & takes 1 us

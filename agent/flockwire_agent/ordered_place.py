@@ -9,6 +9,7 @@ from flockwire_core.domain.motion import LeaderMotion
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.vector import Vector
 from flockwire_core.law import Place
+from flockwire_core.objects import load_object
 from flockwire_core.pilot.orders import flown_place
 from flockwire_core.pilot.pilot import Pilot
 from flockwire_core.swarm.model import Swarm
@@ -16,6 +17,8 @@ from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import Report
+
+AUCTIONED = "flockwire_agent.place_auction:AuctionedPlace"  # loaded by name: few swarms have an auction
 
 
 class OrderedPlace:
@@ -54,3 +57,11 @@ class OrderedPlace:
     def reported(self, report: Report) -> Report:
         """Return `report` with what it adds."""
         return report
+
+
+def site_of(swarm: Swarm, number: int, born: int) -> OrderedPlace:
+    """Return the place of follower `number`, whose process began at `born` (Unix ns): by the order or an auction."""
+    if swarm.auctioned:
+        site: OrderedPlace = load_object(AUCTIONED)(swarm, number, born)
+        return site
+    return OrderedPlace(swarm, number)
