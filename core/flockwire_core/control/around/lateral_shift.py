@@ -55,7 +55,7 @@ def lateral_shift(
         if s < r + (2.0 * r + ROUNDING) / slope:  # not passed
             s = max(min(s + early, 0.0), s)
             (own if abs(d) < r else others).append((s, d, r))
-    while joining := [one for one in others if _leads_into(one, own, slope)]:
+    while own and (joining := [one for one in others if _leads_into(one, own, slope)]):
         own.append(joining[0])
         others.remove(joining[0])
     return _shift(own, 0.0, slope), max([r - d for _, d, r in own], default=0.0)

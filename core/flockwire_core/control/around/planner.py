@@ -107,7 +107,8 @@ class Planner:
             if self._planned - self._turned > SOON:
                 self._turn = (0.0, 0.0)
             x, y = self._goal(here, motion, passed, drones, PERIOD)
-            self._ahead, self._rest, rate = goal, 0.0, ((x - goal[0]) / PERIOD, (y - goal[1]) / PERIOD)
+            self._ahead, self._rest = goal, 0.0
+            rate = ((x - goal[0]) / PERIOD, (y - goal[1]) / PERIOD)
             self._rate = rate if hypot(*rate) < self._guard.speed else (0.0, 0.0)  # else the side has changed
         else:
             self._ahead, self._rate, self._rest = way.ahead, (0.0, 0.0), max(way.length - AHEAD, 0.0)
@@ -136,12 +137,12 @@ class Planner:
             for body in bodies
             if body.kind is BodyKind.OBSTACLE and body.velocity == ZERO
         ]
-        left = [
+        self._left = [
             one
             for one in self._known
             if dist(one[:2], (x, y)) - one[2] > sight - kept and all(dist(one[:2], two[:2]) > SPARE for two in seen)
-        ]
-        self._left, self._known = left[:MOST_KNOWN], seen + left[:MOST_KNOWN]
+        ][:MOST_KNOWN]
+        self._known = seen + self._left
 
     def _discs(
         self, here: Corner, motion: Motion, velocity: Vector, bodies: Sequence[Body]

@@ -118,8 +118,7 @@ def shortest_way(
                     length += hypot(turn[0], turn[1]) - turn[0] * edge[4] - turn[1] * edge[5] + right * max(-to, 0.0)
                 rest = hypot(goal[0] - edge[2], goal[1] - edge[3])
                 heappush(queue, (length + rest, length, len(nodes) - 1, k, to, angle, edge))
-        step = _next_step(queue, closed, nodes, discs)
-        if step is None:
+        if (step := _next_step(queue, closed, nodes, discs)) is None:
             return None
         _, g, before, here, side, _, arrival = step
         nodes.append((here, side, arrival, nodes[before][3] or len(nodes)))
