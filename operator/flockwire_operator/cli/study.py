@@ -137,6 +137,7 @@ def fly_missing(plan: Study, table: Table, ledger: Ledger[Result], workers: Work
     failures = sum(not r.ok for r in ledger.results if r.run < plan.runs)
 
     def run(advance: Callable[[str], None]) -> None:
+        """Fly, keep each result, and say how many failed."""
         nonlocal failures
         for result in conduct(tasks, workers, fly):
             ledger.add(result)
