@@ -132,25 +132,25 @@ def corridor(number: int, airframe: Table) -> Flight:
 def circling(number: int, airframe: Table) -> Flight:
     """Nine in a grid behind a leader that circles, three obstacles that places pass at first."""
     chance = Random(f"circling {number}")
-    return _passed(chance, NINE, 3, 12.0, _circle(2.0, 0.12), _on_circle(2.0, 0.12), airframe)
+    return _passed(chance, NINE, 3, 12.0, _circle(2.0, 0.12), airframe)
 
 
 def straight(number: int, airframe: Table) -> Flight:
     """Nine in a grid behind a leader on a line, two such obstacles."""
     chance = Random(f"straight {number}")
-    return _passed(chance, NINE, 2, 16.0, _straight(0.3), lambda t: (0.3 * t, 0.0), airframe)
+    return _passed(chance, NINE, 2, 16.0, _straight(0.3), airframe)
 
 
 def early(number: int, airframe: Table) -> Flight:
     """Nine in a grid behind a leader on a line, two obstacles that no place passes later than 8 s."""
     chance = Random(f"early {number}")
-    return _passed(chance, NINE, 2, 8.0, _straight(0.3), lambda t: (0.3 * t, 0.0), airframe, passes=False)
+    return _passed(chance, NINE, 2, 8.0, _straight(0.3), airframe, passes=False)
 
 
 def free(number: int, airframe: Table) -> Flight:
     """Nine in a grid behind a leader on a line, no obstacles: only the others are in the way."""
     chance = Random(f"free {number}")
-    return _passed(chance, NINE, 0, 0.0, _straight(0.2), lambda t: (0.2 * t, 0.0), airframe)
+    return _passed(chance, NINE, 0, 0.0, _straight(0.2), airframe)
 
 
 def drawn(number: int, airframe: Table) -> Flight:
@@ -168,31 +168,32 @@ FAMILIES: dict[str, Callable[[int, Table], Flight]] = {
 
 
 NINE = ({"kind": "grid", "spacing": 0.9}, grid(8, 0.9, 3, 0.0), 8)
-Path = tuple[Table, Callable[[Point], float]]
-"""The table of a leader's trajectory from the origin, and the distance of a point from it."""
+Path = tuple[Table, Callable[[Point], float], Callable[[float], Point]]
+"""A leader's path from the origin: its table, the distance of a point from it, the position at t, s."""
 
 
 def _straight(speed: float) -> Path:
     table = {"kind": "constant", "velocity": [speed, 0.0, 0.0]}
-    return table, lambda point: abs(point[1]) if point[0] > 0.0 else hypot(*point)
+    return table, lambda point: abs(point[1]) if point[0] > 0.0 else hypot(*point), lambda t: (speed * t, 0.0)
 
 
 def _circle(radius: float, rate: float) -> Path:
     """Return a circle that begins at the origin."""
     points = [(radius * sin(0.1 * k), radius * (1.0 - cos(0.1 * k))) for k in range(63)]
-    return {"kind": "circle", "radius": radius, "rate": rate}, lambda point: min(dist(point, one) for one in points)
+    table = {"kind": "circle", "radius": radius, "rate": rate}
+    return table, _from(points), lambda t: (radius * sin(rate * t), radius * (1.0 - cos(rate * t)))
 
 
-def _on_circle(radius: float, rate: float) -> Callable[[float], Point]:
-    return lambda t: (radius * sin(rate * t), radius * (1.0 - cos(rate * t)))
+def _lemniscate(size: float, speed: float) -> Path:
+    """Return a figure 8 of Gerono that begins at its middle, `size` m to each end."""
+    points = [(size * sin(k * pi / 24.0), 0.5 * size * sin(k * pi / 12.0)) for k in range(49)]
+    table = {"kind": "waypoints", "points": [[x, y, 0.0] for x, y in points], "speed": speed, "loop": True}
+    flown = Waypoints(tuple((x, y, 0.0) for x, y in points), speed, True)
+    return table, _from(points), lambda t: flown.position(t)[:2]
 
 
-def _lemniscate(size: float, speed: float) -> tuple[Path, Callable[[float], Point]]:
-    """Return a figure 8 of Gerono that begins at its middle, `size` m to each end, and the position on it."""
-    points = [(size * sin(k * pi / 24.0), 0.5 * size * sin(k * pi / 12.0), 0.0) for k in range(49)]
-    table = {"kind": "waypoints", "points": [list(point) for point in points], "speed": speed, "loop": True}
-    flown = Waypoints(tuple(points), speed, True)
-    return (table, lambda point: min(dist(point, (x, y)) for x, y, _ in points)), lambda t: flown.position(t)[:2]
+def _from(points: list[Point]) -> Callable[[Point], float]:
+    return lambda point: min(dist(point, one) for one in points)
 
 
 def _drawn(chance: Random, airframe: Table) -> Flight | None:
@@ -207,13 +208,10 @@ def _drawn(chance: Random, airframe: Table) -> Flight | None:
     }
     table, formation = shapes[kind]
     speed, size = chance.uniform(0.15, 0.3), chance.uniform(1.5, 2.5)
-    path, position = {
-        "line": (_straight(speed), lambda t: (speed * t, 0.0)),
-        "circle": (_circle(size, speed / size), _on_circle(size, speed / size)),
-        "lemniscate": _lemniscate(size, speed),
-    }[chance.choice(("line", "circle", "lemniscate"))]
+    paths = {"line": _straight(speed), "circle": _circle(size, speed / size), "lemniscate": _lemniscate(size, speed)}
+    path = paths[chance.choice(("line", "circle", "lemniscate"))]
     shape = (table | {"kind": kind}, formation, followers)
-    return _passed(chance, shape, chance.randint(1, 4), 14.0, path, position, airframe, 0.5, 300.0)
+    return _passed(chance, shape, chance.randint(1, 4), 14.0, path, airframe, 0.5, 300.0)
 
 
 def _obstructed(
@@ -252,7 +250,6 @@ def _passed(
     count: int,
     last: float,
     path: Path,
-    position: Callable[[float], Point],
     airframe: Table,
     largest: float = 0.4,
     tries: float = inf,
@@ -266,7 +263,7 @@ def _passed(
     found = list[tuple[Point, float]]()
     times = [0.1 * k for k in range(round(10.0 * LAST))]
     places = [(t, *(formation.offset(rank, t)[:2] for rank in range(followers))) for t in times]
-    moved = [(t, [(position(t)[0] + x, position(t)[1] + y) for x, y in offsets]) for t, *offsets in places]
+    moved = [(t, [(path[2](t)[0] + x, path[2](t)[1] + y) for x, y in offsets]) for t, *offsets in places]
     while len(found) < count:
         tries -= 1.0
         if tries < 0.0:
