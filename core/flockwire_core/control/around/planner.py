@@ -37,6 +37,7 @@ EAST: Final = (0.8, 0.6)  # of two that pass so, the one on this side flies lowe
 MOST_KNOWN: Final = 32  # obstacles, besides those in sight: bounds the cost of a step
 MOST_AHEAD: Final = 6  # discs of a mover, and obstacles out of sight that a place passes, likewise
 
+Near = tuple[Sequence[Disc], Sequence[Disc]]  # obstacles; drones
 Passed = tuple[float, float, list[Disc], float]  # velocity at which a place passes discs, m/s; s that it is early
 
 
@@ -100,14 +101,13 @@ class Planner:
         """Plan from `here`, m from the place."""
         self._remember(motion.position, bodies)
         obstacles, drones, passed = self._discs(here, motion, velocity, bodies)
-        goal = self._goal(here, motion, passed, drones, 0.0)
+        goal = self._goal(here, motion, passed, (obstacles, drones), 0.0)
         drones = [disc for disc in drones if dist(disc[:2], goal) > disc[2]]  # who is there cannot be passed
         way = self._best_way(here, goal, obstacles, drones)
         if way is None or not way.side:
             if self._planned - self._turned > SOON:
                 self._turn = (0.0, 0.0)
-            x, y = self._goal(here, motion, passed, drones, PERIOD)
-            self._ahead, self._rest = goal, 0.0
+            (x, y), self._ahead, self._rest = self._goal(here, motion, passed, (obstacles, drones), PERIOD), goal, 0.0
             rate = ((x - goal[0]) / PERIOD, (y - goal[1]) / PERIOD)
             self._rate = rate if hypot(*rate) < self._guard.speed else (0.0, 0.0)  # else the side has changed
         else:
@@ -181,7 +181,7 @@ class Planner:
         fixed += sorted(left, key=lambda disc: hypot(disc[0], disc[1]) - disc[2])[:MOST_AHEAD]
         return obstacles, drones, [(self._steady[0], self._steady[1], fixed, 0.0), *passed]
 
-    def _goal(self, here: Corner, motion: Motion, passed: Sequence[Passed], drones: Sequence[Disc], t: float) -> Corner:
+    def _goal(self, here: Corner, motion: Motion, passed: Sequence[Passed], near: Near, t: float) -> Corner:
         """Return what to fly to in `t` s, m from the place: itself, beside what it passes, or the nearest free one."""
         goal, room, fixed = (0.0, 0.0), self._guard.room, list[Disc]()
         ox, oy = motion.stopping[0] - here[0], motion.stopping[1] - here[1]
@@ -189,14 +189,14 @@ class Planner:
             if hypot(one[0], one[1]) < AT_REST:
                 fixed += one[2]
             else:
-                goal = self._beside(goal, here, one, drones, t)
+                goal = self._beside(goal, here, one, near, t)
         place = (goal[0] + ox, goal[1] + oy)
         if is_free(goal, fixed) and room.outside((*place, room.low[2])) <= 0.0:
             return goal
         x, y = nearest_free_place(place, [(x + ox, y + oy, r) for x, y, r in fixed], room) or place
         return (x - ox, y - oy)
 
-    def _beside(self, goal: Corner, here: Corner, passed: Passed, drones: Sequence[Disc], t: float) -> Corner:
+    def _beside(self, goal: Corner, here: Corner, passed: Passed, near: Near, t: float) -> Corner:
         """Return `goal` beside what it passes, on the side with the shorter way, away from drones; keep that side."""
         (x, y), (vx, vy, discs, early), found = goal, passed, list[tuple[float, float, Corner]]()
         speed = hypot(vx, vy)
@@ -207,14 +207,14 @@ class Planner:
         for side in (-1.0, 1.0):
             shift, most = lateral_shift((x + t * vx, y + t * vy), along, discs, side, slope, early * speed)
             there = (x - side * most * along[1], y + side * most * along[0])
-            cost = most + dist(here, there) + (RIGHT if side > 0.0 else 0.0)
+            way = self._way(here, there, near[0], 0.0) if most > 0.0 else None
+            cost = most + (dist(here, there) if way is None else way.length) + (RIGHT if side > 0.0 else 0.0)
             cost += 2.0 * LITTLE if side == -self._side and not early else 0.0
-            cost += 2.0 * sum([max(r - dist(there, (cx, cy)), 0.0) for cx, cy, r in drones])
+            cost += 2.0 * sum([max(r - dist(there, (cx, cy)), 0.0) for cx, cy, r in near[1]])
             shifted = (x - side * shift * along[1], y + side * shift * along[0])
             found.append((cost, side if most > 0.0 else 0.0, shifted))
         _, side, goal = min(found)
-        if not early:
-            self._side = side
+        self._side = self._side if early else side
         return goal
 
     def _way(self, here: Corner, goal: Corner, discs: Sequence[Disc], berth: float) -> Way | None:

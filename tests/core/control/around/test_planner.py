@@ -137,6 +137,16 @@ def test_the_side_on_which_a_place_passes_is_kept() -> None:
     assert drone.deviation < 0.8
 
 
+def test_a_place_passes_on_the_side_with_the_shorter_way_though_the_other_is_nearer() -> None:
+    """The obstacle that its place passes is between the drone and its nearer side."""
+    drone, sides = Drone(1, (1.6, 1.1, 1.0), (0.0, 0.0, 1.0), (0.3, 0.0, 0.0)), []
+    for k in range(300):
+        drone.step([(1.6, -0.7, 0.2), (0.7, 0.1, 0.3), (0.3, 0.9, 0.1)], [], k * DT)
+        sides.append(drone.position[1])
+    assert min(sides) > -0.05
+    assert dist(drone.position, drone.place) < 0.01
+
+
 def test_obstacles_that_touch_are_met_at_one_time_and_no_gap_opens_between_them() -> None:
     row = [(0.0, 0.0, 0.5), (3.0, 0.0, 0.5), (1.8, 0.0, 0.5), (0.9, 0.0, 0.5)]
     assert together(row, [0.4, 0.9, 0.7, 0.2]) == [0.2, 0.9, 0.2, 0.2]
