@@ -99,7 +99,7 @@ def test_the_probe_names_a_rule_that_was_widened_and_one_that_was_removed(
 
 @pytest.mark.long
 @pytest.mark.parametrize(("mode", "link"), [("router", "tls"), ("peers", "quic")])
-def test_every_kind_of_network_keeps_to_the_same_graph(tmp_path: Path, mode: str, link: str) -> None:
+def test_the_probe_finds_the_same_graph_on_every_kind_of_network(tmp_path: Path, mode: str, link: str) -> None:
     swarm = small_swarm(tmp_path, mode, link)
     process = flockwire("probe", swarm, "--out", str(tmp_path / "probe"))
     output, errors = process.communicate(timeout=280)
