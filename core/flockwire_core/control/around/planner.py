@@ -198,8 +198,8 @@ class Planner:
 
     def _beside(self, goal: Corner, here: Corner, passed: Passed, near: Near, t: float) -> Corner:
         """Return `goal` beside what it passes, on the side with the shorter way, away from drones; keep that side."""
-        (x, y), (vx, vy, discs, early), found = goal, passed, list[tuple[float, float, Corner]]()
-        speed = hypot(vx, vy)
+        (obstacles, drones), (vx, vy, discs, early), found = near, passed, list[tuple[float, float, Corner]]()
+        (x, y), speed = goal, hypot(vx, vy)
         along, slope = (vx / speed, vy / speed), SIDEWAYS * self._guard.speed / speed
         if not early:  # a mover is met earlier instead
             bend = speed * speed * (1.0 + slope * slope) * self._bend
@@ -207,10 +207,10 @@ class Planner:
         for side in (-1.0, 1.0):
             shift, most = lateral_shift((x + t * vx, y + t * vy), along, discs, side, slope, early * speed)
             there = (x - side * most * along[1], y + side * most * along[0])
-            way = self._way(here, there, near[0], 0.0) if most > 0.0 else None
+            way = self._way(here, there, obstacles, 0.0) if most > 0.0 else None
             cost = most + (dist(here, there) if way is None else way.length) + (RIGHT if side > 0.0 else 0.0)
             cost += 2.0 * LITTLE if side == -self._side and not early else 0.0
-            cost += 2.0 * sum([max(r - dist(there, (cx, cy)), 0.0) for cx, cy, r in near[1]])
+            cost += 2.0 * sum([max(r - dist(there, (cx, cy)), 0.0) for cx, cy, r in drones])
             shifted = (x - side * shift * along[1], y + side * shift * along[0])
             found.append((cost, side if most > 0.0 else 0.0, shifted))
         _, side, goal = min(found)
