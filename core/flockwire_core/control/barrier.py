@@ -6,7 +6,7 @@ from math import inf, sqrt
 from typing import Final
 
 from flockwire_core.control.safety_filter import HalfSpace
-from flockwire_core.domain.vector import Vector, norm
+from flockwire_core.domain.vector import Vector, norm, scale
 
 _COINCIDENT: Final = 1e-9
 _SHIFTED: Final = 0.2  # of A, more than half, for a drone that moves; more pushes one at its place (docs/theory.md)
@@ -135,14 +135,16 @@ def speed_and_acceleration(last: Vector, speed: float, change: float) -> tuple[V
         |v| <= v_max   and   |v − v_last| <= a dt        (ours)
 
     `speed` is v_max, `change` a dt, both m/s. The ball around v_last ends at the plane in which the two spheres meet (n
-    = −v_last / |v_last|); beyond it is only a sliver of the ball of speeds.
+    = −v_last / |v_last|); beyond it is only a sliver of the ball of speeds. If a step can stop the drone, that is no
+    sliver: then it is the ball that touches both spheres, between the hardest braking and the speed limit.
     """
     x, y, z = last
     length = sqrt(x * x + y * y + z * z)
     if length + change <= speed:
         return last, change, None
-    if length <= _COINCIDENT or change >= speed + length:
-        return (0.0, 0.0, 0.0), speed, None
+    if length <= change:
+        middle = max(0.5 * (speed + length - change), 0.0)
+        return scale(last, middle / max(length, _COINCIDENT)), speed - middle, None
     meet = (speed * speed + length * length - change * change) / (2.0 * length)
     plane = (-x / length, -y / length, -z / length, -meet)
     return last, change, plane

@@ -154,6 +154,17 @@ def test_ball_and_plane_hold_both_limits(last: tuple[float, ...], change: float,
         assert dist(v, last) <= change + 1e-9
 
 
+@given(st.floats(0.0, 3.0), st.floats(0.01, 6.0))
+def test_both_ends_of_what_the_limits_leave_are_within_a_step_that_can_stop(pace: float, change: float) -> None:
+    speed = 3.0
+    if not pace <= change or pace + change <= speed:
+        return
+    (x, _, _), radius, plane = speed_and_acceleration((pace, 0.0, 0.0), speed, change)
+    assert plane is None
+    assert x + radius == pytest.approx(speed)
+    assert x - radius == pytest.approx(max(pace - change, -speed))
+
+
 def test_a_larger_sensing_radius_allows_a_higher_speed() -> None:
     speed = sight_speed(1.5, 0.4, 0.35, 5.0)
     assert 2.0 * speed * 0.35 + speed**2 / 5.0 == pytest.approx(1.1)

@@ -27,6 +27,18 @@ def test_a_drone_that_cannot_keep_clear_is_no_faster_anyway(make_swarm):
     assert hypot(*last) == pytest.approx(parameters.fastest)
 
 
+@pytest.mark.parametrize("period", [0.01, 0.05, 0.1])
+def test_a_drone_of_any_rate_keeps_its_speed(make_swarm, period):
+    """At 20 Hz a command may change by 0.5 m/s; a limit of 0.5 m/s halved each command, down to none."""
+    swarm = make_swarm({"control.law": "extended", "limits.acceleration": 10.0})
+    filtered, last = Guard(guard_parameters(swarm, 1)), (0.0, 0.0, 0.0)
+    motion = Motion((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+    for step in range(1, 20):
+        at = round(step * period * SECOND)
+        last = filtered.velocity((0.5, 0.0, 0.0), motion, (), at, at, last, period, 0.5, False)
+        assert last[0] > 0.97 * min(0.5, 10.0 * period * step)
+
+
 @pytest.mark.parametrize(
     ("kinds", "held"),
     [((), (False, False)), ((BodyKind.DRONE,), (True, False)), ((BodyKind.OBSTACLE, BodyKind.DRONE), (True, True))],
