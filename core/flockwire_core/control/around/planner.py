@@ -3,8 +3,7 @@
     u = v + K (a − e) (|a − e| + l) / |a − e|,   |u − v| <= v_max        (ours)
 
 a is the point AHEAD m along the first tangent of the way (tangent_graph.py), l the length of the rest, e the drone's
-error, all relative to the place, which moves at v. All bodies are discs where they will be, relative to the place, when
-the drone is there.
+error, all relative to the place, which moves at v. All bodies are discs where they will be when the drone is there.
 """
 
 from __future__ import annotations
@@ -28,11 +27,11 @@ SPARE: Final = 0.03  # m beyond the kept distance: the filter must not slow down
 SLOW: Final = 0.25  # m/s against the place, below which a drone stands in the formation
 SOON: Final = 1.0  # s, at most, for which a motion is continued: then it has changed
 BERTH: Final = 0.12  # m more, where the way is hardly longer or a place is fast: there the filter slows it down
-RIGHT: Final = 0.1  # m by which a way to the left must be shorter: drones that meet head on choose alike
+RIGHT: Final = 0.1  # m by which a way to the left must be shorter
 LITTLE: Final = 0.3  # m more: so long a way keeps more berth, begins as the last one did, or passes on the same side
 STEADY: Final = 0.3  # of a change of the place's velocity that counts at a plan: a leader that weaves changes no side
 SIDEWAYS: Final = 0.4  # of the speed limit, at which a place leaves the way of a body
-ROUND: Final = 0.5  # m that a way round drones may be longer than one above or below them
+ROUND: Final = 0.5  # m that a way round drones may be longer than one above or below, for each that it would cross
 EAST: Final = (0.8, 0.6)  # of two that pass so, the one on this side flies lower
 MOST_KNOWN: Final = 32  # obstacles, besides those in sight: bounds the cost of a step
 MOST_AHEAD: Final = 6  # discs of a mover, and obstacles out of sight that a place passes, likewise
@@ -117,14 +116,15 @@ class Planner:
 
     def _best_way(self, here: Corner, goal: Corner, obstacles: Sequence[Disc], drones: Sequence[Disc]) -> Way | None:
         """Return the way, with more berth where it is hardly longer; note whether it passes above or below drones."""
-        every = [*obstacles, *drones]
-        wide = self._way(here, goal, every, BERTH)
+        every, right = [*obstacles, *drones], 2.0 * LITTLE if drones else RIGHT  # drones that meet choose alike
+        wide = self._way(here, goal, every, BERTH, right)
         self._passes = False
         if wide is not None and not wide.side:
             return wide  # straight, as all are then
         direct = self._way(here, goal, obstacles, 0.0)
-        way = self._way(here, goal, every, 0.0) if drones else direct
-        self._passes = direct is not None and (way is None or way.length > direct.length + ROUND)
+        way = self._way(here, goal, every, 0.0, right) if drones else direct
+        crossed = sum([1 for one in drones if (past := self._way(here, goal, [one], 0.0)) is None or past.side])
+        self._passes = direct is not None and (way is None or way.length > direct.length + ROUND * max(crossed, 1))
         if self._passes or way is None:
             return direct
         return wide if wide is not None and wide.length < way.length + LITTLE else way
@@ -150,7 +150,7 @@ class Planner:
         """Return the discs of obstacles and of drones, relative to the place, and what the place passes."""
         own, obstacles, drones, fixed = self._guard, list[Disc](), list[Disc](), list[Disc]()
         passed, standing = list[Passed](), list[Disc]()
-        (vx, vy, _), (ux, uy, _) = velocity, motion.velocity
+        (vx, vy, _), (ux, uy, _) = velocity, limit((-self._gain * here[0], -self._gain * here[1], 0.0), own.speed)
         px, py = motion.position[0] - motion.stopping[0], motion.position[1] - motion.stopping[1]
         for body in bodies:
             (x, y, _), (wx, wy, _), r = body.relative_position, body.velocity, own.separation.from_axis(body) + SPARE
@@ -168,7 +168,7 @@ class Planner:
             elif wx * wx + wy * wy < SLOW * SLOW:
                 drones.append(at)
             else:
-                cx, cy = wx - ux + vx, wy - uy + vy
+                cx, cy = wx - ux, wy - uy  # by the straight way's u, that no turn of its own changes
                 square = cx * cx + cy * cy
                 t = min(max(-(x * cx + y * cy) / square, 0.0), SOON) if square > 0.0 else 0.0
                 if t > 0.0 and hypot(x + t * cx, y + t * cy) < r + BERTH:
@@ -217,13 +217,13 @@ class Planner:
         self._side = self._side if early else side
         return goal
 
-    def _way(self, here: Corner, goal: Corner, discs: Sequence[Disc], berth: float) -> Way | None:
+    def _way(self, here: Corner, goal: Corner, discs: Sequence[Disc], berth: float, right: float = RIGHT) -> Way | None:
         """Return the shortest way with `berth` m more; discs never reach to where it begins and ends."""
         kept = [
             (x, y, min(r + berth, dist((x, y), here) - 2.0 * TOUCH, dist((x, y), goal) - 2.0 * TOUCH))
             for x, y, r in discs
         ]
-        return shortest_way(here, goal, [disc for disc in kept if disc[2] > 0.0], AHEAD, RIGHT, self._turn)
+        return shortest_way(here, goal, [disc for disc in kept if disc[2] > 0.0], AHEAD, right, self._turn)
 
 
 def together(discs: Sequence[Disc], times: list[float]) -> list[float]:

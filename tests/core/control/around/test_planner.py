@@ -128,6 +128,35 @@ def test_the_side_of_the_last_way_is_kept() -> None:
         assert min(heights) * max(heights) >= 0.0
 
 
+def correction(bodies: list[Body], velocity: Vector = ZERO) -> Vector:
+    """Return that of a drone at rest at the origin, whose place is 3 m ahead and stands."""
+    return Planner(GUARD, K, 1).correction((-3.0, 0.0, 0.0), Motion(ZERO, velocity, ZERO), ZERO, bodies, 1.0)
+
+
+def drone(x: float, y: float, velocity: Vector = ZERO) -> Body:
+    return Body(BodyKind.DRONE, (x, y, 0.0), 0.0, velocity)
+
+
+def test_no_turn_of_its_own_changes_who_is_in_the_way() -> None:
+    """It turned aside, so the other one was no longer in the way, so it turned back."""
+    other = drone(1.2, 0.4, (-0.8, 0.0, 0.0))
+    straight, aside = (correction([other], velocity) for velocity in (ZERO, (0.5, -1.0, 0.0)))
+    assert straight == aside
+    assert straight[1] < -0.1
+
+
+def test_drones_that_meet_choose_the_right_though_the_left_is_a_little_shorter() -> None:
+    assert correction([drone(1.0, -0.12)])[1] < -0.1
+    assert correction([Body(BodyKind.OBSTACLE, (1.0, -0.12, 0.0), 0.13)])[1] > 0.1
+
+
+@pytest.mark.parametrize(("rows", "above"), [(1, True), (3, False)])
+def test_a_row_of_drones_is_passed_above_and_a_crowd_is_passed_round(rows: int, above: bool) -> None:
+    row = [drone(1.0 + 0.2 * k, y) for k in range(rows) for y in (-0.8, 0.0, 0.8)]
+    _, y, z = correction(row)
+    assert (z != 0.0, abs(y) > 0.1) == (above, not above)
+
+
 def test_the_side_on_which_a_place_passes_is_kept() -> None:
     drone, sides = Drone(1, (-2.0, 0.0, 1.0), (-2.0, 0.0, 1.0), (0.3, 0.0, 0.0)), []
     for k in range(400):  # its tracker moves the obstacle from one side to the other, five times a second
