@@ -26,7 +26,7 @@ AHEAD: Final = 0.25  # m along the first tangent, the point that is flown to: be
 SPARE: Final = 0.03  # m beyond the kept distance: the filter must not slow down a drone on its way
 SLOW: Final = 0.25  # m/s against the place, below which a drone stands in the formation
 SOON: Final = 1.0  # s, at most, for which a motion is continued: then it has changed
-BERTH: Final = 0.12  # m more, where the way is hardly longer or a place is fast: there the filter slows it down
+BERTH: Final = 0.12  # m more, where the way is hardly longer (half beside a fast place): there the filter slows it
 RIGHT: Final = 0.1  # m by which a way to the left must be shorter
 LITTLE: Final = 0.3  # m more: so long a way keeps more berth, begins as the last one did, or passes on the same side
 STEADY: Final = 0.3  # of a change of the place's velocity that counts at a plan: a leader that weaves changes no side
@@ -203,7 +203,7 @@ class Planner:
         along, slope = (vx / speed, vy / speed), SIDEWAYS * self._guard.speed / speed
         if not early:  # a mover is met earlier instead
             bend = speed * speed * (1.0 + slope * slope) * self._bend
-            discs = [(cx, cy, r - SPARE + min(bend / r, BERTH)) for cx, cy, r in discs]
+            discs = [(cx, cy, r - SPARE + min(bend / r, 0.5 * BERTH)) for cx, cy, r in discs]
         for side in (-1.0, 1.0):
             shift, most = lateral_shift((x + t * vx, y + t * vy), along, discs, side, slope, early * speed)
             there = (x - side * most * along[1], y + side * most * along[0])
