@@ -99,14 +99,14 @@ class Planner:
     def _plan(self, here: Corner, motion: Motion, velocity: Vector, bodies: Sequence[Body]) -> None:
         """Plan from `here`, m from the place."""
         self._remember(motion.position, bodies)
-        obstacles, drones, passed = self._discs(here, motion, velocity, bodies)
-        goal = self._goal(here, motion, passed, (obstacles, drones), 0.0)
-        drones = [disc for disc in drones if dist(disc[:2], goal) > disc[2]]  # who is there cannot be passed
-        way = self._best_way(here, goal, obstacles, drones)
+        near, passed = self._discs(here, motion, velocity, bodies)
+        goal = self._goal(here, motion, passed, near, 0.0)
+        near = (near[0], [disc for disc in near[1] if dist(disc[:2], goal) > disc[2]])  # who is there cannot be passed
+        way = self._best_way(here, goal, near)
         if way is None or not way.side:
             if self._planned - self._turned > SOON:
                 self._turn = (0.0, 0.0)
-            (x, y), self._ahead, self._rest = self._goal(here, motion, passed, (obstacles, drones), PERIOD), goal, 0.0
+            (x, y), self._ahead, self._rest = self._goal(here, motion, passed, near, PERIOD), goal, 0.0
             rate = ((x - goal[0]) / PERIOD, (y - goal[1]) / PERIOD)
             self._rate = rate if hypot(*rate) < self._guard.speed else (0.0, 0.0)  # else the side has changed
         else:
@@ -114,17 +114,16 @@ class Planner:
             (x, y), self._turned = way.ahead, self._planned
             self._turn = (LITTLE / AHEAD * (x - here[0]), LITTLE / AHEAD * (y - here[1]))
 
-    def _best_way(self, here: Corner, goal: Corner, obstacles: Sequence[Disc], drones: Sequence[Disc]) -> Way | None:
+    def _best_way(self, here: Corner, goal: Corner, near: Near) -> Way | None:
         """Return the way, with more berth where it is hardly longer; note whether it passes above or below drones."""
-        every, right = [*obstacles, *drones], 2.0 * LITTLE if drones else RIGHT  # drones that meet choose alike
-        wide = self._way(here, goal, every, BERTH, right)
+        wide = self._way(here, goal, near, BERTH)
         self._passes = False
         if wide is not None and not wide.side:
             return wide  # straight, as all are then
-        direct = self._way(here, goal, obstacles, 0.0)
-        way = self._way(here, goal, every, 0.0, right) if drones else direct
-        crossed = sum([1 for one in drones if (past := self._way(here, goal, [one], 0.0)) is None or past.side])
-        self._passes = direct is not None and (way is None or way.length > direct.length + ROUND * max(crossed, 1))
+        direct = self._way(here, goal, (near[0], ()), 0.0)
+        way = self._way(here, goal, near, 0.0)
+        over = [one for one in near[1] if (past := self._way(here, goal, ((), (one,)), 0.0)) is None or past.side]
+        self._passes = direct is not None and (way is None or way.length > direct.length + ROUND * max(len(over), 1))
         if self._passes or way is None:
             return direct
         return wide if wide is not None and wide.length < way.length + LITTLE else way
@@ -146,7 +145,7 @@ class Planner:
 
     def _discs(
         self, here: Corner, motion: Motion, velocity: Vector, bodies: Sequence[Body]
-    ) -> tuple[list[Disc], list[Disc], list[Passed]]:
+    ) -> tuple[Near, list[Passed]]:
         """Return the discs of obstacles and of drones, relative to the place, and what the place passes."""
         own, obstacles, drones, fixed = self._guard, list[Disc](), list[Disc](), list[Disc]()
         passed, standing = list[Passed](), list[Disc]()
@@ -179,7 +178,7 @@ class Planner:
         left = [(x + ox, y + oy, r + SPARE) for x, y, r in self._left]
         obstacles += left
         fixed += sorted(left, key=lambda disc: hypot(disc[0], disc[1]) - disc[2])[:MOST_AHEAD]
-        return obstacles, drones, [(self._steady[0], self._steady[1], fixed, 0.0), *passed]
+        return (obstacles, drones), [(self._steady[0], self._steady[1], fixed, 0.0), *passed]
 
     def _goal(self, here: Corner, motion: Motion, passed: Sequence[Passed], near: Near, t: float) -> Corner:
         """Return what to fly to in `t` s, m from the place: itself, beside what it passes, or the nearest free one."""
@@ -198,7 +197,7 @@ class Planner:
 
     def _beside(self, goal: Corner, here: Corner, passed: Passed, near: Near, t: float) -> Corner:
         """Return `goal` beside what it passes, on the side with the shorter way, away from drones; keep that side."""
-        (obstacles, drones), (vx, vy, discs, early), found = near, passed, list[tuple[float, float, Corner]]()
+        (vx, vy, discs, early), found = passed, list[tuple[float, float, Corner]]()
         (x, y), speed = goal, hypot(vx, vy)
         along, slope = (vx / speed, vy / speed), SIDEWAYS * self._guard.speed / speed
         if not early:  # a mover is met earlier instead
@@ -207,22 +206,23 @@ class Planner:
         for side in (-1.0, 1.0):
             shift, most = lateral_shift((x + t * vx, y + t * vy), along, discs, side, slope, early * speed)
             there = (x - side * most * along[1], y + side * most * along[0])
-            way = self._way(here, there, obstacles, 0.0) if most > 0.0 else None
+            way = self._way(here, there, (near[0], ()), 0.0) if most > 0.0 else None
             cost = most + (dist(here, there) if way is None else way.length) + (RIGHT if side > 0.0 else 0.0)
             cost += 2.0 * LITTLE if side == -self._side and not early else 0.0
-            cost += 2.0 * sum([max(r - dist(there, (cx, cy)), 0.0) for cx, cy, r in drones])
+            cost += 2.0 * sum([max(r - dist(there, (cx, cy)), 0.0) for cx, cy, r in near[1]])
             shifted = (x - side * shift * along[1], y + side * shift * along[0])
             found.append((cost, side if most > 0.0 else 0.0, shifted))
         _, side, goal = min(found)
         self._side = self._side if early else side
         return goal
 
-    def _way(self, here: Corner, goal: Corner, discs: Sequence[Disc], berth: float, right: float = RIGHT) -> Way | None:
+    def _way(self, here: Corner, goal: Corner, near: Near, berth: float) -> Way | None:
         """Return the shortest way with `berth` m more; discs never reach to where it begins and ends."""
         kept = [
             (x, y, min(r + berth, dist((x, y), here) - 2.0 * TOUCH, dist((x, y), goal) - 2.0 * TOUCH))
-            for x, y, r in discs
+            for x, y, r in (*near[0], *near[1])
         ]
+        right = 2.0 * LITTLE if near[1] else RIGHT  # all who meet choose alike
         return shortest_way(here, goal, [disc for disc in kept if disc[2] > 0.0], AHEAD, right, self._turn)
 
 
