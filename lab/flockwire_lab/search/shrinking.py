@@ -68,5 +68,5 @@ def _without(table: Table, drone: int) -> Table:
     before, after = ([edge for edge in edges if edge[end] == drone] for end in (1, 0))
     for (a, _), (_, b) in product(before, after):
         edges.setdefault((a, b), [a, b])
-    table["graph"]["edges"] = [edge for (a, b), edge in edges.items() if len({a, b, drone}) == 3]
+    table["graph"]["edges"] = [edge for (a, b), edge in edges.items() if drone not in (a, b) and a != b]
     return table

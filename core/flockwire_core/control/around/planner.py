@@ -37,7 +37,7 @@ MOST_KNOWN: Final = 32  # obstacles, besides those in sight: bounds the cost of 
 MOST_AHEAD: Final = 6  # discs of a mover, and obstacles out of sight that a place passes, likewise
 
 Near = tuple[Sequence[Disc], Sequence[Disc]]  # obstacles; drones
-Passed = tuple[float, float, list[Disc], float]  # velocity at which a place passes discs, m/s; s that it is early
+Pass = tuple[float, float, list[Disc], float]  # velocity at which a place passes discs, m/s; s that it is early
 
 
 class Planner:
@@ -84,8 +84,7 @@ class Planner:
     def _rise(self, z: float, along: Corner, bodies: Sequence[Body]) -> float:
         """Return the height, m above the place, that keeps clear of the nearest drone ahead.
 
-        Two that meet see each other in opposite directions, so one flies above the other; nobody waits. Who is on its
-        own level already flies the same way.
+        Two that meet see each other in opposite directions: one flies above. Who is on its own level flies its way.
         """
         kept, nearest, rise = self._guard.separation.drone + SPARE, 2.0 * SOON * self._guard.speed, 0.0
         for body in bodies:
@@ -121,12 +120,16 @@ class Planner:
         if wide is not None and not wide.side:
             return wide  # straight, as all are then
         direct = self._way(here, goal, (near[0], ()), 0.0)
-        way = self._way(here, goal, near, 0.0)
-        over = [one for one in near[1] if (past := self._way(here, goal, ((), (one,)), 0.0)) is None or past.side]
-        self._passes = direct is not None and (way is None or way.length > direct.length + ROUND * max(len(over), 1))
+        way = self._way(here, goal, near, 0.0) if near[1] else direct
+        self._passes = direct is not None and (way is None or way.length > direct.length + self._more(here, goal, near))
         if self._passes or way is None:
             return direct
         return wide if wide is not None and wide.length < way.length + LITTLE else way
+
+    def _more(self, here: Corner, goal: Corner, near: Near) -> float:
+        """Return how much longer, m, a way round drones may be: ROUND for each that the straight way crosses."""
+        ways = [self._way(here, goal, ((), (one,)), 0.0) for one in near[1]]
+        return ROUND * max(len([way for way in ways if way is None or way.side]), 1)
 
     def _remember(self, position: Vector, bodies: Sequence[Body]) -> None:
         """Note the obstacles in sight, before those that have left it: a dead end is not entered again."""
@@ -143,12 +146,10 @@ class Planner:
         ][:MOST_KNOWN]
         self._known = seen + self._left
 
-    def _discs(
-        self, here: Corner, motion: Motion, velocity: Vector, bodies: Sequence[Body]
-    ) -> tuple[Near, list[Passed]]:
+    def _discs(self, here: Corner, motion: Motion, velocity: Vector, bodies: Sequence[Body]) -> tuple[Near, list[Pass]]:
         """Return the discs of obstacles and of drones, relative to the place, and what the place passes."""
         own, obstacles, drones, fixed = self._guard, list[Disc](), list[Disc](), list[Disc]()
-        passed, standing = list[Passed](), list[Disc]()
+        passed, standing = list[Pass](), list[Disc]()
         (vx, vy, _), (ux, uy, _) = velocity, limit((-self._gain * here[0], -self._gain * here[1], 0.0), own.speed)
         px, py = motion.position[0] - motion.stopping[0], motion.position[1] - motion.stopping[1]
         for body in bodies:
@@ -180,7 +181,7 @@ class Planner:
         fixed += sorted(left, key=lambda disc: hypot(disc[0], disc[1]) - disc[2])[:MOST_AHEAD]
         return (obstacles, drones), [(self._steady[0], self._steady[1], fixed, 0.0), *passed]
 
-    def _goal(self, here: Corner, motion: Motion, passed: Sequence[Passed], near: Near, t: float) -> Corner:
+    def _goal(self, here: Corner, motion: Motion, passed: Sequence[Pass], near: Near, t: float) -> Corner:
         """Return what to fly to in `t` s, m from the place: itself, beside what it passes, or the nearest free one."""
         goal, room, fixed = (0.0, 0.0), self._guard.room, list[Disc]()
         ox, oy = motion.stopping[0] - here[0], motion.stopping[1] - here[1]
@@ -195,7 +196,7 @@ class Planner:
         x, y = nearest_free_place(place, [(x + ox, y + oy, r) for x, y, r in fixed], room) or place
         return (x - ox, y - oy)
 
-    def _beside(self, goal: Corner, here: Corner, passed: Passed, near: Near, t: float) -> Corner:
+    def _beside(self, goal: Corner, here: Corner, passed: Pass, near: Near, t: float) -> Corner:
         """Return `goal` beside what it passes, on the side with the shorter way, away from drones; keep that side."""
         (vx, vy, discs, early), found = passed, list[tuple[float, float, Corner]]()
         (x, y), speed = goal, hypot(vx, vy)

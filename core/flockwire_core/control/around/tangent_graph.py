@@ -14,8 +14,7 @@ LONGEST_ARC: Final = 1.2 * pi  # rad: a way that winds farther round one disc is
 MOST_EXPANSIONS: Final = 40  # of one search: bounds the cost of a step
 TOUCH: Final = 1e-6  # m by which a way may enter a disc: rounding
 
-Edge = tuple[float, float, float, float, float, float]
-"""Where a tangent leaves and arrives, x and y, m; its direction, a unit vector."""
+Edge = tuple[float, float, float, float, float, float]  # where a tangent leaves and arrives, m; its unit vector
 _Side = tuple[int, float]  # disc, side
 _Node = tuple[int, float, Edge, int]  # disc, side, tangent that arrives, first node of the way
 _Step = tuple[float, float, int, int, float, float, Edge]  # f, g, node before, disc, side, arc, tangent
