@@ -5,7 +5,8 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import dist, hypot, inf
+from math import dist, hypot, inf, sqrt
+from statistics import fmean
 from typing import Any
 
 import pytest
@@ -16,7 +17,7 @@ from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
-from flockwire_core.domain.vector import Vector, add, limit, scale, subtract
+from flockwire_core.domain.vector import Vector, add, limit, norm, scale, subtract
 from flockwire_core.loading import parse_swarm
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.keys import MISSION, STOP, Key
@@ -163,6 +164,7 @@ class Watched:
     outside: float = 0.0  # m outside the fence
     error: float = inf  # m, largest formation error of the last second
     observations: dict[str, float] = field(default_factory=dict)  # m, largest observation error of the last second
+    noises: dict[str, float] = field(default_factory=dict)  # m, RMS of it about its mean in the last three seconds
     details: list[str] = field(default_factory=list, repr=False)  # what the statuses said
 
     @property
@@ -230,11 +232,15 @@ def watch(swarm: Swarm, duration: float, seed: int = 0) -> Watched:
             if stamp > end - SECOND:
                 _judge(watched, swarm, poses, (stamp - start) / SECOND)
     stamps = sorted(truth)
-    watched.observations = {
-        owner: max((dist(e.motion.position, _between(stamps, truth, e.stamp)) for e in late), default=inf)
-        for owner, said in estimates.items()
-        for late in [[e for e in said if end - SECOND < e.stamp < end]]
-    }
+    for owner, said in estimates.items():
+        off = {
+            e.stamp: subtract(e.motion.position, _between(stamps, truth, e.stamp))
+            for e in said
+            if end - 3 * SECOND < e.stamp < end
+        }
+        watched.observations[owner] = max((norm(v) for t, v in off.items() if t > end - SECOND), default=inf)
+        mean = [fmean(axis) for axis in zip(*off.values(), strict=True)]
+        watched.noises[owner] = sqrt(fmean(dist(v, mean) ** 2 for v in off.values())) if off else inf
     return watched
 
 
