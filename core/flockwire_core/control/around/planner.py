@@ -58,7 +58,7 @@ class Planner:
     def _forget(self) -> None:
         self._ahead, self._rate = (0.0, 0.0), (0.0, 0.0)  # m from the place, what is flown to; its velocity, m/s
         self._rest, self._passes = 0.0, False  # m, the way from there; whether it passes above or below drones
-        self._turn, self._turned = (0.0, 0.0), 0.0  # m, LITTLE along the last way round something; s, of its plan
+        self._turn = (0.0, 0.0)  # m, LITTLE along the last way
         self._side = 0.0  # on which the place passes what stands: 1 left, -1 right, 0 neither
 
     def correction(self, error: Vector, motion: Motion, velocity: Vector, bodies: Sequence[Body], now: float) -> Vector:
@@ -103,15 +103,13 @@ class Planner:
         near = (near[0], [disc for disc in near[1] if dist(disc[:2], goal) > disc[2]])  # who is there cannot be passed
         way = self._best_way(here, goal, near)
         if way is None or not way.side:
-            if self._planned - self._turned > SOON:
-                self._turn = (0.0, 0.0)
             (x, y), self._ahead, self._rest = self._goal(here, motion, passed, near, PERIOD), goal, 0.0
             rate = ((x - goal[0]) / PERIOD, (y - goal[1]) / PERIOD)
             self._rate = rate if hypot(*rate) < self._guard.speed else (0.0, 0.0)  # else the side has changed
         else:
             self._ahead, self._rate, self._rest = way.ahead, (0.0, 0.0), max(way.length - AHEAD, 0.0)
-            (x, y), self._turned = way.ahead, self._planned
-            self._turn = (LITTLE / AHEAD * (x - here[0]), LITTLE / AHEAD * (y - here[1]))
+        x, y = here if way is None else way.ahead
+        self._turn = (LITTLE / AHEAD * (x - here[0]), LITTLE / AHEAD * (y - here[1]))
 
     def _best_way(self, here: Corner, goal: Corner, near: Near) -> Way | None:
         """Return the way, with more berth where it is hardly longer; note whether it passes above or below drones."""

@@ -150,6 +150,13 @@ def test_drones_that_meet_choose_the_right_though_the_left_is_a_little_shorter()
     assert correction([Body(BodyKind.OBSTACLE, (1.0, -0.12, 0.0), 0.13)])[1] > 0.1
 
 
+def test_who_flies_straight_turns_back_for_nobody() -> None:
+    planner, rest = Planner(GUARD, K, 1), Motion(ZERO, ZERO, ZERO)
+    planner.correction((-3.0, 0.0, 0.0), rest, ZERO, [drone(-1.0, 0.0)], 1.0)
+    x, _, _ = planner.correction((-3.0, 0.0, 0.0), rest, ZERO, [drone(0.5, -0.1)], 1.11)
+    assert x > 0.5
+
+
 @pytest.mark.parametrize(("rows", "above"), [(1, True), (3, False)])
 def test_a_row_of_drones_is_passed_above_and_a_crowd_is_passed_round(rows: int, above: bool) -> None:
     row = [drone(1.0 + 0.2 * k, y) for k in range(rows) for y in (-0.8, 0.0, 0.8)]
