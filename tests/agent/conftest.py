@@ -233,15 +233,18 @@ def watch(swarm: Swarm, duration: float, seed: int = 0) -> Watched:
                 _judge(watched, swarm, poses, (stamp - start) / SECOND)
     stamps = sorted(truth)
     for owner, said in estimates.items():
-        off = {
-            e.stamp: subtract(e.motion.position, _between(stamps, truth, e.stamp))
-            for e in said
-            if end - 3 * SECOND < e.stamp < end
-        }
-        watched.observations[owner] = max((norm(v) for t, v in off.items() if t > end - SECOND), default=inf)
-        mean = [fmean(axis) for axis in zip(*off.values(), strict=True)]
-        watched.noises[owner] = sqrt(fmean(dist(v, mean) ** 2 for v in off.values())) if off else inf
+        _hear(watched, owner, [e for e in said if end - 3 * SECOND < e.stamp < end], stamps, truth, end)
     return watched
+
+
+def _hear(
+    watched: Watched, owner: str, said: list[Estimate], stamps: list[int], truth: dict[int, dict[str, Pose]], end: int
+) -> None:
+    off = [subtract(e.motion.position, _between(stamps, truth, e.stamp)) for e in said]
+    late = [norm(v) for e, v in zip(said, off, strict=True) if e.stamp > end - SECOND]
+    mean = [fmean(axis) for axis in zip(*off, strict=True)]
+    watched.observations[owner] = max(late, default=inf)
+    watched.noises[owner] = sqrt(fmean(dist(v, mean) ** 2 for v in off)) if off else inf
 
 
 def _between(stamps: list[int], truth: dict[int, dict[str, Pose]], stamp: int) -> Vector:

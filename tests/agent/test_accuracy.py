@@ -65,7 +65,7 @@ def test_lag_and_dead_time_known_to_a_fifth_are_enough(
 
 @pytest.mark.long
 def test_noise_does_not_grow_along_a_chain_of_twenty(watch_swarm: Callable[..., Any]) -> None:
-    """30 ms a hop, 1 mm of noise on the leader's pose, a leader that turns; all are on their places after 8 s."""
+    """30 ms a hop, 1 mm of noise on the leader's pose, a leader that turns; in the last 3 s all are on their places."""
     swarm = extended("paper_simulation", leader={"trajectory": {"kind": "circle", "radius": 1.0, "rate": 0.14}})
     drones = [{"id": i, "start": [(i % 7) * 0.8 - 2.4, (i // 7) * 0.8 - 1.0, 0.0]} for i in range(21)]
     table = swarm.model_dump(mode="json", exclude_none=True) | {
