@@ -157,11 +157,31 @@ def test_who_flies_straight_turns_back_for_nobody() -> None:
     assert x > 0.5
 
 
+@pytest.mark.parametrize(("height", "short"), [(0.0, 0.43 + SPARE - 0.1), (0.8, 0.0)])
+def test_a_place_on_which_a_drone_stands_is_waited_for_beside_it(height: float, short: float) -> None:
+    """One that stands above or below the place is in nobody's way."""
+    planner, t, x = Planner(GUARD, K, 1), 1.0, -1.0
+    while t < 6.0:
+        other, motion = Body(BodyKind.DRONE, (0.1 - x, 0.0, height), 0.0), Motion((x, 0.0, 1.0), ZERO, (x, 0.0, 1.0))
+        x += DT * planner.correction((x, 0.0, 0.0), motion, ZERO, [other], t)[0]
+        t += DT
+    assert x == pytest.approx(-short, abs=0.01)
+
+
 @pytest.mark.parametrize(("rows", "above"), [(1, True), (3, False)])
 def test_a_row_of_drones_is_passed_above_and_a_crowd_is_passed_round(rows: int, above: bool) -> None:
     row = [drone(1.0 + 0.2 * k, y) for k in range(rows) for y in (-0.8, 0.0, 0.8)]
     _, y, z = correction(row)
     assert (z != 0.0, abs(y) > 0.1) == (above, not above)
+
+
+def test_who_passes_drones_above_goes_on_though_the_way_round_is_a_little_shorter_now() -> None:
+    planner, rest, height = Planner(GUARD, K, 1), Motion(ZERO, ZERO, ZERO), []
+    for t, width in enumerate((0.47, 0.8, 0.47)):
+        row = [drone(1.9, y) for y in (-width, 0.0, width)]
+        height.append(planner.correction((-3.8, 0.0, 0.0), rest, ZERO, row, 1.0 + 0.11 * t)[2])
+    assert height[0] == 0.0
+    assert height[1] == height[2] != 0.0
 
 
 def test_the_side_on_which_a_place_passes_is_kept() -> None:
