@@ -8,11 +8,15 @@ import struct
 import subprocess
 import threading
 import tomllib
-from collections.abc import Iterator
+from collections import defaultdict
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
+from flockwire_core.domain.vector import ZERO, Vector
+from flockwire_core.law import Decision, Information, LawSettings, Observation, Pace, Sense
 from flockwire_core.loading import parse_swarm
 from flockwire_core.swarm.model import Swarm
 from flockwire_lab.world import World
@@ -97,12 +101,61 @@ def by_events(first: np.ndarray) -> Iterator[list[float]]:
         x = q if event else x
 
 
-def serve(door: socket.socket) -> None:
+class Round(NamedTuple):
+    k: float
+    x: Vector
+
+
+class Averaging:
+    """Averages the neighbours' x round by round, a program's part as well: x+ = x + 0.3 sum a_ij (x_j − x)."""
+
+    information = Information(own=Sense.POSITION, message=Round, pace=Pace.ROUND, directed=False)
+
+    def __init__(self, settings: LawSettings | dict[int, float]) -> None:
+        self.weights = settings if isinstance(settings, dict) else settings.neighbours
+        self.heard, self.x, self.k = defaultdict[float, dict[int, np.ndarray]](dict), None, 0.0
+
+    def step(self, observation: Observation) -> Decision:
+        news = [(one.number, one.content) for one in observation.news]
+        if observation.place is None or observation.position is None:
+            return Decision(*self.of(None, news))
+        return Decision(*self.of(np.array(observation.position), news))
+
+    def of(self, own: np.ndarray | None, news: list[tuple[int, Round]]) -> tuple[Vector, Round | None]:
+        for number, (k, x) in news:
+            self.heard[k][number] = np.array(x)
+        if own is None:
+            return ZERO, None
+        begins, heard = self.x is None, self.heard[self.k]
+        if begins:
+            self.x = own
+        elif begins := heard.keys() >= self.weights.keys():
+            self.x = self.x + 0.3 * sum(self.weights[j] * (heard[j] - self.x) for j in sorted(heard))
+            self.k += 1.0
+        return tuple(0.3 * (self.x - own)), Round(self.k, tuple(self.x)) if begins else None
+
+
+def by_rounds(first: np.ndarray) -> Iterator[list[float]]:
+    """Yield the decisions of Averaging; each is sent the observation."""
+    count, decision = int(first[7]), []
+    law = Averaging(dict(zip(map(int, first[8:]), first[8 + count : 8 + 2 * count], strict=False)))
+    while True:
+        seen = yield decision
+        news = seen[
+            14 + 9 * count :
+        ]  # the own position before; h_i - h_j; number, age and content of the newest message
+        assert news.size == 1 + 6 * news[0]
+        told = [(int(one[0]), Round(one[2], one[3:])) for one in news[1:].reshape(-1, 6)]
+        command, message = law.of(seen[11:14] if seen[1] and seen[10] else None, told)
+        decision = [seen[0], *command, np.nan, *((message.k, *message.x) if message else ())]
+
+
+def serve(door: socket.socket, program: Callable[[np.ndarray], Iterator[list[float]]]) -> None:
     """Serve the law of each connection."""
 
     def one(end: socket.socket) -> None:
         with end:
-            law = by_events(received(end))
+            law = program(received(end))
             next(law)
             while (seen := received(end)) is not None:
                 decision = law.send(seen)
@@ -116,17 +169,25 @@ def serve(door: socket.socket) -> None:
         threading.Thread(target=one, args=(end,), daemon=True).start()
 
 
-def test_events_by_messages_fly_as_the_law_in_python(tmp_path):
-    parameters, file = {"c0": 0.01, "c1": 0.3, "alpha": 0.3}, FOLDER.parent / "examples/event_triggered.toml"
-    information = {"own": ["position"], "message": 3, "pace": "event", "leaders": [0, 0], "directed": False}
+@pytest.mark.parametrize(
+    ("law", "parameters", "told", "program"),
+    [
+        ("event_triggered", {"c0": 0.01, "c1": 0.3, "alpha": 0.3}, {"message": 3, "pace": "event"}, by_events),
+        (f"{__file__}:Averaging", {}, {"message": 4, "pace": "round"}, by_rounds),
+    ],
+)
+def test_messages_fly_as_those_of_the_law_in_python(law, parameters, told, program, tmp_path):
+    file, information = FOLDER.parent / "examples/event_triggered.toml", {"own": ["position"], "directed": False}
     path = tmp_path / "door"
     with socket.socket(socket.AF_UNIX) as door:
         door.bind(str(path))
         door.listen(16)
-        threading.Thread(target=serve, args=(door,), daemon=True).start()
-        elsewhere = flown({"law": f"socket:{path}", "parameters": parameters, "information": information}, file)
+        threading.Thread(target=serve, args=(door, program), daemon=True).start()
+        declared = {"leaders": [0, 0], **information, **told}
+        elsewhere = flown({"law": f"socket:{path}", "parameters": parameters, "information": declared}, file)
         door.shutdown(socket.SHUT_RDWR)
-    here = flown({"law": "event_triggered", "parameters": parameters}, file)
+    here = flown({"law": law, "parameters": parameters}, file)
+    assert np.ptp(here, axis=0).max() > 0.5
     assert np.abs(elsewhere - here).max() < 1e-9
 
 

@@ -16,7 +16,7 @@ from pydantic import RootModel
 from flockwire_core import clock
 from flockwire_core.domain.time import SECOND
 from flockwire_core.follower_law import LateAnswerError
-from flockwire_core.law import Decision, Information, LawSettings, Observation
+from flockwire_core.law import Decision, Heard, Information, LawSettings, Observation
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.tables import Finite
 from flockwire_core.wire.information import declared, numbers
@@ -24,7 +24,7 @@ from flockwire_core.wire.observed_numbers import ObservedNumbers
 
 VERSION: Final = 1.0  # of the frames
 HEAD: Final = Struct("<II")
-MOST: Final = 4096  # numbers in a decision
+MOST: Final = 4096  # numbers in a decision; messages that wait for a frame
 COMMAND: Final = 5  # numbers in a decision without a message
 SETTINGS: Final = ("number", "period", "lag", "dead_time", "speed", "acceleration")  # as the first frame has them
 
@@ -41,10 +41,10 @@ class LawElsewhere:
 
     def __init__(self, settings: LawSettings, swarm: Swarm, patience: float) -> None:
         self._observed = ObservedNumbers(declared(swarm), settings.neighbours)
-        self._message = swarm.control.information.message
+        self._message, self._rounds = swarm.control.information.message, swarm.control.information.pace == "round"
         self._where, self._patience = swarm.control.law, round(patience * SECOND)
         self._socket = _connect(self._where, Path(swarm.folder))
-        self._data = bytearray()
+        self._data, self._news = bytearray(), list[Heard]()
         self._asked = self._answered = 0
         self._deadline = clock.monotonic() + self._patience
         self._send([VERSION, *(float(getattr(settings, name)) for name in SETTINGS), *self._of_graph(swarm, settings)])
@@ -52,10 +52,13 @@ class LawElsewhere:
     def step(self, observation: Observation) -> Decision:
         """Return the program's decision: command, error and message."""
         self._deadline = clock.monotonic() + self._patience
+        self._news += observation.news if self._rounds else ()
+        if len(self._news) > MOST:
+            raise ConnectionError(f"{self._where}: the program answers late for too long")
         while self._answered < self._asked:  # one that was late
             self._receive()
-        self._send([float(self._asked + 1), *self._observed.of(observation)])
-        self._asked += 1
+        self._send([float(self._asked + 1), *self._observed.of(observation), *self._of_news()])
+        self._asked, self._news = self._asked + 1, []
         answer = self._receive()
         if len(answer) not in (COMMAND, COMMAND + self._message):
             form = " or ".join(map(str, dict.fromkeys((COMMAND, COMMAND + self._message))))
@@ -71,6 +74,13 @@ class LawElsewhere:
         weights = [settings.neighbours[j] for j in known]
         given = [float(str(value)) for value in settings.parameters.values()]
         return [float(len(known)), *map(float, known), *weights, *leads, float(len(given)), *given]
+
+    def _of_news(self) -> list[float]:
+        """Return how many messages no frame has had yet, each with its drone and number; nothing but for rounds."""
+        if not self._rounds:
+            return []
+        news = [(float(one.number), float(one.sequence), *one.content[0]) for one in self._news]
+        return [float(len(news)), *(value for one in news for value in one)]
 
     def _send(self, found: list[float]) -> None:
         """Send a frame as a whole; raises LateAnswerError before it begins, ConnectionError if it cannot end."""

@@ -172,7 +172,7 @@ class Declared(Model):
     own: Items[Literal["position", "velocity"]] = key((), "known of the own drone")
     output: Literal["velocity", "acceleration"] = key("velocity", "what a command is")
     message: int = key(0, "numbers in a message to the out-neighbours, 0: none", ge=0, le=1024)
-    pace: Literal["step", "event"] = key("step", '"event": silence of messages is normal')
+    pace: Literal["step", "event", "round"] = key("step", '"event": silence of messages is normal; "round": all count')
     silence: Age = key(0.3, "after which a neighbour counts as lost", "s")
     leaders: tuple[int, int] = key((0, 1), "the least and the most", strict=False)
     directed: bool = key(True, "false: the graph must be symmetric")

@@ -14,6 +14,7 @@ from flockwire_agent.guarded_law import GuardedLaw
 from flockwire_core.follower_law import LateAnswerError, follower_law
 from flockwire_core.law import Body, BodyKind, Heard, Information, Observation, Output, Pace, Place, Seen, Sense
 from flockwire_core.loading import SwarmFileError, parse_swarm
+from flockwire_core.runtime.law_elsewhere import MOST
 from flockwire_core.wire.information import declared, numbers
 from flockwire_core.wire.observed_numbers import ObservedNumbers
 
@@ -137,6 +138,22 @@ def test_a_step_that_has_no_time_to_ask_awaits_no_answer(served, monkeypatch):
         with pytest.raises(LateAnswerError):
             law.step(SEEN)
     assert law.step(SEEN).command[0] == 2.0
+
+
+def test_of_rounds_no_message_is_skipped_though_a_step_is_late(served, monkeypatch):
+    where, frames = served(lambda end, frame: write_frame(end, frame[0], 0.0, 0.0, 0.0, 0.0), message=2, pace="round")
+    law, content = follower_law(where, 3), numbers(2)((3.0, 4.0))
+    told = [Observation(news=[Heard(1, 1.0, False, 1, k, content)]) for k in range(1, MOST + 2)]
+    with monkeypatch.context() as patch:
+        patch.setattr("flockwire_core.runtime.law_elsewhere.clock.monotonic", iter((0, 10**12)).__next__)
+        with pytest.raises(LateAnswerError):
+            law.step(told[0])
+    for observation in (told[1], SEEN):
+        law.step(observation)
+    assert frames[-2][-9:] == (2.0, 1.0, 1.0, 3.0, 4.0, 1.0, 2.0, 3.0, 4.0)
+    assert frames[-1][-1] == 0.0
+    with pytest.raises(ConnectionError, match="late for too long"):
+        law.step(Observation(news=[one.news[0] for one in told]))
 
 
 @pytest.mark.parametrize(
