@@ -145,13 +145,13 @@ class Planner:
         self._known = seen + self._left
 
     def _discs(self, here: Corner, motion: Motion, velocity: Vector, bodies: Sequence[Body]) -> tuple[Near, list[Pass]]:
-        """Return the discs of obstacles and of drones, relative to the place, and what it passes or who is on it."""
+        """Return the discs of obstacles and of drones, relative to the place, and what the place passes."""
         own, obstacles, drones, fixed = self._guard, list[Disc](), list[Disc](), list[Disc]()
-        passed, standing, level = list[Pass](), list[Disc](), list[Disc]()
+        passed, standing = list[Pass](), list[Disc]()
         (vx, vy, _), (ux, uy, _) = velocity, limit((-self._gain * here[0], -self._gain * here[1], 0.0), own.speed)
         px, py = motion.position[0] - motion.stopping[0], motion.position[1] - motion.stopping[1]
         for body in bodies:
-            (x, y, z), (wx, wy, _), r = body.relative_position, body.velocity, own.separation.from_axis(body) + SPARE
+            (x, y, _), (wx, wy, _), r = body.relative_position, body.velocity, own.separation.from_axis(body) + SPARE
             x, y, wx, wy = x + px, y + py, wx - vx, wy - vy
             at = (x + here[0], y + here[1], r)
             if stands(body):
@@ -163,21 +163,21 @@ class Planner:
                 step = r / hypot(*body.velocity[:2])  # s
                 for k in range(min(1 + ceil((early + 2.0 * r / own.speed) / step), MOST_AHEAD)):
                     obstacles.append((at[0] + k * step * wx, at[1] + k * step * wy, r))
+            elif wx * wx + wy * wy < SLOW * SLOW:
+                drones.append(at)
             else:
                 cx, cy = wx - ux, wy - uy  # by the straight way's u, that no turn of its own changes
-                slow, square = wx * wx + wy * wy < SLOW * SLOW, max(cx * cx + cy * cy, AT_REST * AT_REST)
-                t = 0.0 if slow else min(max(-(x * cx + y * cy) / square, 0.0), SOON)
-                if slow or (t > 0.0 and hypot(x + t * cx, y + t * cy) < r + BERTH):
+                square = cx * cx + cy * cy
+                t = min(max(-(x * cx + y * cy) / square, 0.0), SOON) if square > 0.0 else 0.0
+                if t > 0.0 and hypot(x + t * cx, y + t * cy) < r + BERTH:
                     drones.append((at[0] + t * wx, at[1] + t * wy, r))
-                    t = min(t, hypot(here[0], here[1]) / own.speed + 0.4)  # s, it is there, and a little more
-                    level += [(at[0] + t * wx, at[1] + t * wy, r)] if abs(z) < r else []
         times = together(standing, [min(max(hypot(x, y) - r, 0.0) / own.speed, SOON) for x, y, r in standing])
         obstacles += [(x - t * vx, y - t * vy, r) for (x, y, r), t in zip(fixed, times, strict=True)]
         ox, oy = here[0] - motion.stopping[0], here[1] - motion.stopping[1]
         left = [(x + ox, y + oy, r + SPARE) for x, y, r in self._left]
         obstacles += left
         fixed += sorted(left, key=lambda disc: hypot(disc[0], disc[1]) - disc[2])[:MOST_AHEAD]
-        return (obstacles, drones), [(*self._steady, fixed, 0.0), (0.0, 0.0, level, 0.0), *passed]
+        return (obstacles, drones), [(self._steady[0], self._steady[1], fixed, 0.0), *passed]
 
     def _goal(self, here: Corner, motion: Motion, passed: Sequence[Pass], near: Near, t: float) -> Corner:
         """Return what to fly to in `t` s, m from the place: itself, beside what it passes, or the nearest free one."""

@@ -157,17 +157,6 @@ def test_who_flies_straight_turns_back_for_nobody() -> None:
     assert x > 0.5
 
 
-@pytest.mark.parametrize(("height", "short"), [(0.0, 0.43 + SPARE - 0.1), (0.8, 0.0)])
-def test_a_place_on_which_a_drone_stands_is_waited_for_beside_it(height: float, short: float) -> None:
-    """One that stands above or below the place is in nobody's way."""
-    planner, t, x = Planner(GUARD, K, 1), 1.0, -1.0
-    while t < 6.0:
-        other, motion = Body(BodyKind.DRONE, (0.1 - x, 0.0, height), 0.0), Motion((x, 0.0, 1.0), ZERO, (x, 0.0, 1.0))
-        x += DT * planner.correction((x, 0.0, 0.0), motion, ZERO, [other], t)[0]
-        t += DT
-    assert x == pytest.approx(-short, abs=0.01)
-
-
 @pytest.mark.parametrize(("rows", "above"), [(1, True), (3, False)])
 def test_a_row_of_drones_is_passed_above_and_a_crowd_is_passed_round(rows: int, above: bool) -> None:
     row = [drone(1.0 + 0.2 * k, y) for k in range(rows) for y in (-0.8, 0.0, 0.8)]
