@@ -20,6 +20,7 @@ OURS = (  # files that call or import a law
     "importlib/__init__.py",
     "flockwire_core/wire/law_form.py",
     *(f"flockwire_core/{name}.py" for name in ("own_law", "law", "objects", "follower_law", "time_limit")),
+    "flockwire_core/runtime/law_elsewhere.py",
 )
 MOST_FRAMES = 4  # of an error
 UNEXPECTED = re.compile(r"(\w+)\.__new__\(\) got an unexpected keyword argument '(\w+)'")

@@ -77,6 +77,8 @@ class Speaker:
             self.newest = Heard(self._number, self._weight, self._leads, stamp, number, content)
             if len(self.news) < MOST_NEWS:
                 self.news.append(self.newest)
+            else:
+                self.lost += 1
 
 
 class Hearing(Presence):

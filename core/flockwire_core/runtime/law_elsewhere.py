@@ -9,7 +9,7 @@ import socket
 from math import isnan
 from pathlib import Path
 from struct import Struct, pack, unpack_from
-from typing import ClassVar, Final
+from typing import Any, ClassVar, Final
 
 from pydantic import RootModel
 
@@ -41,10 +41,10 @@ class LawElsewhere:
 
     def __init__(self, settings: LawSettings, swarm: Swarm, patience: float) -> None:
         self._observed = ObservedNumbers(declared(swarm), settings.neighbours)
-        self._message, self._rounds = swarm.control.information.message, swarm.control.information.pace == "round"
+        self._message, self._pace = swarm.control.information.message, swarm.control.information.pace
         self._where, self._patience = swarm.control.law, round(patience * SECOND)
         self._socket = _connect(self._where, Path(swarm.folder))
-        self._data, self._news = bytearray(), list[Heard]()
+        self._data, self._news, self._said = bytearray(), list[Heard](), list[Any]()
         self._asked = self._answered = 0
         self._deadline = clock.monotonic() + self._patience
         self._send([VERSION, *(float(getattr(settings, name)) for name in SETTINGS), *self._of_graph(swarm, settings)])
@@ -52,19 +52,15 @@ class LawElsewhere:
     def step(self, observation: Observation) -> Decision:
         """Return the program's decision: command, error and message."""
         self._deadline = clock.monotonic() + self._patience
-        self._news += observation.news if self._rounds else ()
-        if len(self._news) > MOST:
+        self._news += observation.news if self._pace == "round" else ()
+        if max(len(self._news), len(self._said)) > MOST:
             raise ConnectionError(f"{self._where}: the program answers late for too long")
         while self._answered < self._asked:  # one that was late
             self._receive()
         self._send([float(self._asked + 1), *self._observed.of(observation), *self._of_news()])
         self._asked, self._news = self._asked + 1, []
         answer = self._receive()
-        if len(answer) not in (COMMAND, COMMAND + self._message):
-            form = " or ".join(map(str, dict.fromkeys((COMMAND, COMMAND + self._message))))
-            raise ValueError(f"{self._where}: a decision of {len(answer)} numbers, must be {form}")
-        message = numbers(self._message)(tuple(answer[COMMAND:])) if len(answer) > COMMAND else None
-        error = answer[COMMAND - 1]
+        message, error = self._said.pop(0) if self._said else None, answer[COMMAND - 1]
         return Decision(tuple(answer[1 : COMMAND - 1]), message, None if isnan(error) else error)
 
     def _of_graph(self, swarm: Swarm, settings: LawSettings) -> list[float]:
@@ -77,7 +73,7 @@ class LawElsewhere:
 
     def _of_news(self) -> list[float]:
         """Return how many messages no frame has had yet, each with its drone and number; nothing but for rounds."""
-        if not self._rounds:
+        if self._pace != "round":
             return []
         news = [(float(one.number), float(one.sequence), *one.content[0]) for one in self._news]
         return [float(len(news)), *(value for one in news for value in one)]
@@ -93,14 +89,24 @@ class LawElsewhere:
             raise self._closed() from None
 
     def _receive(self) -> tuple[float, ...]:
-        """Return the next answer; raises LateAnswerError, and keeps what has come of it."""
+        """Return the next answer, and keep its message; raises LateAnswerError, and keeps what has come of it.
+
+        A message to send waits behind those of late answers, unless only the newest counts.
+        """
         count = HEAD.unpack(self._filled(HEAD.size))[0]
         if not 0 < count <= MOST:
             raise ValueError(f"{self._where}: a decision of {count} numbers")
         data = self._filled(HEAD.size + 8 * count)
         del self._data[: len(data)]
         found: tuple[float, ...] = unpack_from(f"<{count}d", data, HEAD.size)
-        self._answered = int(found[0])
+        if count not in (COMMAND, COMMAND + self._message):
+            form = " or ".join(map(str, dict.fromkeys((COMMAND, COMMAND + self._message))))
+            raise ValueError(f"{self._where}: a decision of {count} numbers, must be {form}")
+        self._answered += 1
+        if found[0] != self._answered:
+            raise ValueError(f"{self._where}: a decision of step {found[0]:g}, must be {self._answered}")
+        said = [numbers(self._message)(found[COMMAND:])] if count > COMMAND else []
+        self._said = said if self._pace == "step" else self._said + said
         return found
 
     def _filled(self, size: int) -> bytes:

@@ -101,6 +101,12 @@ def _law(swarm: Swarm) -> Iterator[Problem]:
         yield Problem("control.law", f"must be one of {sorted(BUILT_IN)} or {own}{meant(law, BUILT_IN)}")
 
 
+def _pace(swarm: Swarm) -> Iterator[Problem]:
+    information = swarm.control.information
+    if information.pace != "step" and not information.message:
+        yield Problem("control.information.message", f"must be above 0 with pace = {information.pace!r}", "0")
+
+
 def _graph(swarm: Swarm) -> Iterator[Problem]:
     links = swarm.graph.edges
     broken = edge_problems(swarm.followers, swarm.leaders, links)
@@ -216,5 +222,5 @@ def _replay(swarm: Swarm) -> Iterator[Problem]:
         yield Problem("gateway.replay.trace", "gateway.source = 'replay' needs the trace.mcap of an earlier flight")
 
 
-TABLES: tuple[Rule, ...] = (_leaders, _drones, _members, _law, _fence, _ordered)  # those of single tables
+TABLES: tuple[Rule, ...] = (_leaders, _drones, _members, _law, _pace, _fence, _ordered)  # those of single tables
 RULES: tuple[Rule, ...] = (_graph, _heights, _starts, _kinds, _cameras, _reactions, _bodies, _replay)

@@ -157,10 +157,34 @@ def test_of_rounds_no_message_is_skipped_though_a_step_is_late(served, monkeypat
 
 
 @pytest.mark.parametrize(
+    ("pace", "sent"), [("round", [2.0, 3.0, 4.0]), ("event", [2.0, 3.0, 4.0]), ("step", [3.0, 4.0])]
+)
+def test_the_message_of_a_late_answer_is_sent_before_the_next(pace, sent, served):
+    waiting, kind = [], numbers(1)
+
+    def answer(end, frame):
+        if frame[0] == 2.0:
+            waiting.append(end)
+        else:
+            write_frame(end, frame[0], 0.0, 0.0, 0.0, 0.0, *([frame[0]] if 2.0 < frame[0] < 5.0 else []))
+
+    where, _ = served(answer, message=1, pace=pace)
+    law = follower_law(where, 3, 0.1)
+    assert law.step(SEEN).message is None
+    with pytest.raises(LateAnswerError):
+        law.step(SEEN)
+    write_frame(waiting[0], 2.0, 0.0, 0.0, 0.0, 0.0, 2.0)
+    messages = [law.step(SEEN).message for _ in range(4)]
+    assert [one for one in messages if one is not None] == [kind((value,)) for value in sent]
+
+
+@pytest.mark.parametrize(
     ("answer", "text"),
     [
         (lambda end, frame: write_frame(end, frame[0], 1.0), "a decision of 2 numbers, must be 5"),
         (lambda end, frame: write_frame(end, frame[0], math.inf, 0.0, 0.0, 0.0), "not finite"),
+        (lambda end, _: write_frame(end, 7e9, 1.0, 0.0, 0.0, 0.0), "a decision of step 7e+09, must be 1"),
+        (lambda end, _: write_frame(end, math.inf, 1.0, 0.0, 0.0, 0.0), "a decision of step inf, must be 1"),
         (lambda end, _: end.sendall(struct.pack("<II", 1 << 30, 0)), "a decision of 1073741824 numbers"),
         (lambda end, _: end.shutdown(socket.SHUT_RDWR), "the program has closed the connection"),
     ],
@@ -202,6 +226,13 @@ def test_a_socket_that_nobody_serves_is_refused_with_the_remedy(tmp_path):
 def test_a_bad_place_is_refused(law, text):
     with pytest.raises(SwarmFileError, match=text):
         parse_swarm(table(law), "mine.toml")
+
+
+@pytest.mark.parametrize("pace", ["round", "event"])
+def test_a_pace_without_messages_is_refused(pace):
+    with pytest.raises(SwarmFileError) as refused:
+        parse_swarm(table("tcp:5555", pace=pace), "mine.toml")
+    assert str(refused.value) == f"mine.toml: control.information.message = 0: must be above 0 with pace = '{pace}'"
 
 
 def test_the_file_declares_what_a_class_would(tmp_path):
