@@ -141,9 +141,7 @@ def by_rounds(first: np.ndarray) -> Iterator[list[float]]:
     law = Averaging(dict(zip(map(int, first[8:]), first[8 + count : 8 + 2 * count], strict=False)))
     while True:
         seen = yield decision
-        news = seen[
-            14 + 9 * count :
-        ]  # the own position before; h_i - h_j; number, age and content of the newest message
+        news = seen[14 + 9 * count :]  # after the own position; h_i - h_j, number, age and content of each newest one
         assert news.size == 1 + 6 * news[0]
         told = [(int(one[0]), Round(one[2], one[3:])) for one in news[1:].reshape(-1, 6)]
         command, message = law.of(seen[11:14] if seen[1] and seen[10] else None, told)

@@ -102,6 +102,7 @@ class Hearing(Presence):
         speaker = self.speakers[j]
 
         def take(message: LawMessage) -> None:
+            """Receive one message."""
             self.stamps[j] = message.stamp  # each is a sign of life
             speaker.take(message)
 

@@ -24,7 +24,7 @@ from flockwire_core.wire.observed_numbers import ObservedNumbers
 
 VERSION: Final = 1.0  # of the frames
 HEAD: Final = Struct("<II")
-MOST: Final = 4096  # numbers in a decision; messages that wait for a frame
+MOST: Final = 4096  # messages that wait for a frame, or for a decision
 COMMAND: Final = 5  # numbers in a decision without a message
 SETTINGS: Final = ("number", "period", "lag", "dead_time", "speed", "acceleration")  # as the first frame has them
 
@@ -33,7 +33,7 @@ class LawElsewhere:
     """The law of one follower of `swarm`, which the program at `control.law` computes; a connection for each.
 
     A step waits `patience` s for the answer. Raises ConnectionError if nobody serves it, LateAnswerError for an
-    answer that is late (it is dropped as it comes), ValueError for one of another form.
+    answer that is late (but for its message it is dropped as it comes), ValueError for one of another form.
     """
 
     information: ClassVar[Information] = Information()
@@ -75,8 +75,8 @@ class LawElsewhere:
         """Return how many messages no frame has had yet, each with its drone and number; nothing but for rounds."""
         if self._pace != "round":
             return []
-        news = [(float(one.number), float(one.sequence), *one.content[0]) for one in self._news]
-        return [float(len(news)), *(value for one in news for value in one)]
+        news = [value for one in self._news for value in (float(one.number), float(one.sequence), *one.content.numbers)]
+        return [float(len(self._news)), *news]
 
     def _send(self, found: list[float]) -> None:
         """Send a frame as a whole; raises LateAnswerError before it begins, ConnectionError if it cannot end."""
@@ -94,14 +94,12 @@ class LawElsewhere:
         A message to send waits behind those of late answers, unless only the newest counts.
         """
         count = HEAD.unpack(self._filled(HEAD.size))[0]
-        if not 0 < count <= MOST:
-            raise ValueError(f"{self._where}: a decision of {count} numbers")
-        data = self._filled(HEAD.size + 8 * count)
-        del self._data[: len(data)]
-        found: tuple[float, ...] = unpack_from(f"<{count}d", data, HEAD.size)
         if count not in (COMMAND, COMMAND + self._message):
             form = " or ".join(map(str, dict.fromkeys((COMMAND, COMMAND + self._message))))
             raise ValueError(f"{self._where}: a decision of {count} numbers, must be {form}")
+        data = self._filled(HEAD.size + 8 * count)
+        del self._data[: len(data)]
+        found: tuple[float, ...] = unpack_from(f"<{count}d", data, HEAD.size)
         self._answered += 1
         if found[0] != self._answered:
             raise ValueError(f"{self._where}: a decision of step {found[0]:g}, must be {self._answered}")

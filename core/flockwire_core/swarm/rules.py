@@ -104,7 +104,7 @@ def _law(swarm: Swarm) -> Iterator[Problem]:
 def _pace(swarm: Swarm) -> Iterator[Problem]:
     information = swarm.control.information
     if information.pace != "step" and not information.message:
-        yield Problem("control.information.message", f"must be above 0 with pace = {information.pace!r}", "0")
+        yield Problem("control.information.message", f"must be above 0 with pace = {information.pace!r}")
 
 
 def _graph(swarm: Swarm) -> Iterator[Problem]:
