@@ -1,32 +1,38 @@
-"""A follower's part in the auction for the places of a formation (control/auction.py), order by order."""
+"""A follower's part in the auction for the places of a formation (control/auction.py), order by order.
+
+Its bids are messages of the law: their type is declared, and they travel along the edges on the key `law`, which a law
+that relays the leader does not need for itself.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from math import dist, inf
+from typing import Any, Final
 
-from flockwire_core.control.auction import LEAST, Auction, highest_price
+from flockwire_core.control.auction import LEAST, NOBODY, Auction, Bid, bids_of, highest_price
 from flockwire_core.control.formation import Formation
-from flockwire_core.domain.bids import NOBODY, Bid, Bids
 from flockwire_core.domain.motion import LeaderMotion, Motion
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.domain.vector import ZERO, Vector, subtract
+from flockwire_core.law import Pace
 from flockwire_core.parameters import pilot_parameters
+from flockwire_core.pilot.law_messages import HEARTBEAT, Hearing, LawSender
 from flockwire_core.pilot.pilot import Pilot
 from flockwire_core.pilot.place import Place as WaitingPlace
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key
+from flockwire_core.wire.law_form import LawForm
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import NO_PLACE_YET, Report
 
 from flockwire_agent.ordered_place import OrderedPlace
 
 BIDDING = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION})  # who lands, or stands, keeps what it holds
-SOON = SECOND // 20  # ns between two repetitions of the same bids, which may be lost, while they are new
-REPEAT = SECOND // 5  # ns between them later
-NEW = SECOND  # ns for which bids are new
+REPEAT = HEARTBEAT  # ns between two repetitions of the same bids, which may be lost: they are the sign of life, too
+SILENCE: Final = 1.0  # s; who is silent is judged by its estimates
 NO_BID = Bid(0.0, NOBODY)
 LISTENING = SECOND  # ns for which a process that is younger than the order waits for its own old bids
 
@@ -45,7 +51,7 @@ class PlaceAuction:
     """
 
     def __init__(self, swarm: Swarm, number: int, shapes: Mapping[str, Formation], born: int) -> None:
-        self._number, self._frame, self._born = number, swarm.frame, born
+        self._number, self._born, self._kind = number, born, bids_of(len(swarm.followers))
         self._followers, self._auctioned, self._shapes = swarm.followers, swarm.auctioned, shapes
         self._rank, self._most_cost = swarm.followers.index(number), most_cost(swarm)
         self._order: Mission | None = None  # into a formation with an auction; None while another order is in force
@@ -53,8 +59,8 @@ class PlaceAuction:
         self._left_out = False  # of such a formation
         self._silent_until = 0  # Unix ns
         self._guessed = False  # whether its costs are by an estimate of a process that had just been started
-        self._told: Bids | None = None
-        self._changed = 0  # when the bids last changed, Unix ns
+        self._told: tuple[Bid, ...] | None = None
+        self._repeat = 0  # when they are due again, Unix ns
         self.rejected = 0
 
     @property
@@ -84,18 +90,18 @@ class PlaceAuction:
         old = mission.stamp <= self._born
         self._silent_until = now + LISTENING if old else 0
 
-    def take(self, message: Bids) -> None:
+    def take(self, message: Any) -> None:  # noqa: ANN401
         """Receive a neighbour's bids; those of another order are ignored."""
         auction, order = self._auction, self._order
-        if auction is None or order is None or message.order != order.version:
+        if auction is None or order is None or (message.stamp, message.giver) != order.version:
             return
         try:
-            auction.take(message.bids)
+            auction.take([Bid(*bid) for bid in zip(message.prices, message.bidders, strict=True)])
         except ValueError:
             self.rejected += 1
 
-    def step(self, phase: Phase, motion: Motion | None, leader: LeaderMotion | None, now: int) -> Bids | None:
-        """Bid if it holds no place; return the bids to publish at `now` (Unix ns), if any.
+    def step(self, phase: Phase, motion: Motion | None, leader: LeaderMotion | None, now: int) -> Any:  # noqa: ANN401
+        """Bid if it holds no place; return the bids to publish at `now` (Unix ns), None: none.
 
         They are due when they have changed, and again and again. The costs are fixed at the first step that knows the
         drone's `motion` and its `leader` estimate, and that may bid: the first estimate of a young process is a guess.
@@ -112,10 +118,10 @@ class PlaceAuction:
         bids = tuple(auction.bids)
         if here is None and bids.count(NO_BID) == len(bids):
             return None
-        if self._is_known(bids, now):
+        if bids == self._told and now < self._repeat:
             return None
-        self._told = Bids(now, self._frame, order.version, bids)
-        return self._told
+        self._told, self._repeat = bids, now + REPEAT
+        return self._kind(*order.version, *zip(*bids, strict=True))
 
     def _current(self, order: Mission, here: Vector | None, listens: bool, now: int) -> Auction:
         """Return the auction of `order`, again if it holds no place by guessed costs and now knows them."""
@@ -123,13 +129,6 @@ class PlaceAuction:
         if auction is None or (self._guessed and knows and auction.place is None):
             auction, self._guessed = self._opened(order, here, now), not knows
         return auction
-
-    def _is_known(self, bids: tuple[Bid, ...], now: int) -> bool:
-        """Return whether the neighbours were told `bids` a short while ago; new ones are told more often."""
-        if self._told is None or bids != self._told.bids:
-            self._changed = now
-            return False
-        return now - self._told.stamp < (SOON if now - self._changed < NEW else REPEAT)
 
     def _opened(self, order: Mission, here: Vector | None, now: int) -> Auction:
         """Return the auction of `order` by the costs at present, with the bids that were known before."""
@@ -175,10 +174,13 @@ class AuctionedPlace(OrderedPlace):
     def __init__(self, swarm: Swarm, number: int, born: int) -> None:
         super().__init__(swarm, number)
         self._auction = PlaceAuction(swarm, number, self.formations, born)
-        self._waiting, self._key = WaitingPlace(pilot_parameters(swarm, number)), Key("bids", uav(number))
+        self._waiting, self._key = WaitingPlace(pilot_parameters(swarm, number)), Key("law", uav(number))
         self._ordered_ranks = self._known
-        bidders = [j for j in swarm.topology.neighbours(number) if j not in swarm.leaders]
-        self.handlers = {Key("bids", uav(j)): self._auction.take for j in bidders}
+        weights = {j: weight for j, weight in swarm.topology.neighbours(number).items() if j not in swarm.leaders}
+        self._form = LawForm(bids_of(len(swarm.followers)))
+        self._hearing = Hearing(weights, (), self._form, Pace.STEP, SILENCE)
+        self._sender = LawSender(self._form, Pace.STEP, swarm.frame, born)
+        self.handlers = {Key("law", uav(j)): self._hearing.take(j) for j in weights}
 
     def order(self, mission: Mission, now: int) -> None:
         """Begin an auction, if the order is into such a formation."""
@@ -205,9 +207,13 @@ class AuctionedPlace(OrderedPlace):
         return self._waiting.velocity(Phase.HOLD, pilot.motion.position, pilot.bodies)
 
     def messages(self, phase: Phase, pilot: Pilot, leader: LeaderMotion | None, now: int) -> list[tuple[Key, Message]]:
-        """Return its bids, if any are due."""
+        """Return its bids, if any are due, by those that arrived; or a sign of life."""
+        self._hearing.update(now)
+        for heard in self._hearing.news:
+            self._auction.take(heard.content)
         bids = self._auction.step(phase, pilot.motion, leader, now)
-        return [] if bids is None else [(self._key, bids)]
+        sent = self._sender.send(self._form.pack(bids) if bids is not None else None, now)
+        return [(self._key, sent)] if sent is not None else []
 
     def reported(self, report: Report) -> Report:
         """Return `report` with the place that it holds."""

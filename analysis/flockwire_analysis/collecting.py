@@ -8,7 +8,6 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Final
 
-from flockwire_core.domain.bids import Bids, held_place
 from flockwire_core.domain.order import Mission, Stop, Version
 from flockwire_core.process.stopwatch import SLOW
 from flockwire_core.swarm.model import Swarm, uav
@@ -25,7 +24,7 @@ from flockwire_analysis.series import Samples, movers_of, series_of, signals_of
 
 DAY: Final = 86_400 * 1_000_000_000  # ns
 FOREVER: Final = 1 << 61  # ns
-WATCHED = frozenset(kind for kind, row in ROWS.items() if row.message in (Mission, Stop, Bids, Status))
+WATCHED = frozenset(kind for kind, row in ROWS.items() if row.message in (Mission, Stop, Status))
 REASONS: Final = (LAW_FAILED, LEFT_OUT, APART, MOTORS_OFF, SLOW)  # codes of those that are judged
 FOLLOWED: Final = 20  # messages in succession that show that the clock was set by more than a day
 
@@ -59,7 +58,7 @@ class Collector:
         self._obeyed: set[Version] = set()  # missions that a process obeyed
         self._stops: dict[int, Stop] = {}
         self._held: dict[int, list[Held]] = {}
-        self._numbers = {uav(i): i for i in swarm.followers}
+        self._numbers = {self.plan.pilots[i]: i for i in swarm.followers if swarm.auctioned}
         self._histories: dict[str, list[Observed]] = {identity: [] for identity in self.plan.pilots.values()}
         self._shown: dict[str, list[Shown]] = {}
         self._about: dict[str, tuple[object, ...]] = {}  # what the last status of a process told beside figures
@@ -99,8 +98,6 @@ class Collector:
             self._missions[message.version] = message
         elif isinstance(message, Stop):
             self._stops[message.stamp] = message
-        elif isinstance(message, Bids):
-            self._take_bids(self._numbers[key.owner], message)
         elif isinstance(message, Status):
             if message.identity != key.owner:  # a status of another process
                 self._malformed += 1
@@ -121,14 +118,6 @@ class Collector:
             self._newest = claimed
         return self._newest
 
-    def _take_bids(self, number: int, message: Bids) -> None:
-        if len(message.bids) != len(self._numbers):
-            return
-        held = Held(message.stamp, message.order, held_place(message.bids, number))
-        history = self._held.setdefault(number, [])
-        if not history or history[-1][1:] != held[1:]:
-            history.append(held)
-
     def _take_status(self, publisher: _Publisher, channel: Hashable, message: Status) -> None:
         publisher.last = message
         publisher.cpu += message.cpu
@@ -145,6 +134,8 @@ class Collector:
         """Take what is new in a status."""
         if (obeyed := message.report.mission) is not None:
             self._obeyed.add(obeyed.version)
+            if (number := self._numbers.get(message.identity)) is not None:
+                self._held.setdefault(number, []).append(Held(message.stamp, obeyed.version, message.report.place))
         for reason in message.report.reasons:
             if (found := self._reasons.get(reason.code)) is not None:
                 found[f"{message.identity}: {reason.text}"] = None

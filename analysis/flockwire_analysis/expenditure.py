@@ -10,7 +10,7 @@ from flockwire_core.domain.time import SECOND
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.tracking import in_formation
 
-EXCHANGED = frozenset({"estimate", "law", "bids"})  # kinds of keys by which a law speaks to its neighbours
+EXCHANGED = frozenset({"estimate", "law"})  # kinds of keys by which a law speaks to its neighbours
 
 
 class Cost(NamedTuple):

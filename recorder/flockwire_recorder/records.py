@@ -34,6 +34,7 @@ _READERS = {
     Opcode.ATTACHMENT: Attachment.read,
     Opcode.METADATA: Metadata.read,
 }
+RETIRED = "/bids"  # topics of earlier traces: statuses tell the same
 LARGEST_CHUNK = 64 << 20  # bytes without compression: a small file may claim any size
 _DAMAGE = (McapError, ValueError, struct.error, zlib.error, zstandard.ZstdError)
 
@@ -124,6 +125,8 @@ def messages(
             case Message() if record.channel_id in topics:
                 topic, number = topics[record.channel_id], record.sequence >> COUNT_BITS
                 key, message = keys.get(topic), None
+                if key is None and topic.endswith(RETIRED):
+                    continue
                 if key is not None:
                     with contextlib.suppress(MessageError):
                         message = wire.decode(ROWS[key.kind].message, record.data)

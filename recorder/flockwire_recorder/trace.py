@@ -15,11 +15,12 @@ from importlib.metadata import version
 from itertools import pairwise
 from pathlib import Path
 
+from flockwire_core.control.auction import bids_of
 from flockwire_core.domain.time import SECOND
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.inbox import BURST
 from flockwire_core.wire.information import information_of
-from flockwire_core.wire.law_form import law_form
+from flockwire_core.wire.law_form import LawForm, law_form
 from flockwire_core.wire.schemas import schema_text
 
 from flockwire_recorder.chunked import ChunkedWriter
@@ -41,7 +42,7 @@ def describe(
     `toml` is the swarm file's text, `seed` that of the run, `started` its Unix time in ns; `notes` are
     added.
     """
-    form = law_form(information_of(swarm))
+    form = LawForm(bids_of(len(swarm.followers))) if swarm.auctioned else law_form(information_of(swarm))
     law_fields = {"law_fields": form.definition} if form is not None else {}
     machine = {"zenoh": version("eclipse-zenoh"), "python": platform.python_version(), "host": platform.node()}
     return {

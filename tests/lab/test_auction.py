@@ -18,13 +18,13 @@ from flockwire_analysis.recorded import Held, Trace
 from flockwire_analysis.summary import summarise
 from flockwire_analysis.tracking import formation_errors, interpolated
 from flockwire_core.control.assignment import least_cost
-from flockwire_core.control.auction import TOLERANCE, highest_price
-from flockwire_core.domain.bids import held_place
+from flockwire_core.control.auction import TOLERANCE, Bid, bids_of, held_place, highest_price
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground.order import Order
 from flockwire_core.loading import parse_swarm
 from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.wire.law_form import LawForm
 from flockwire_core.wire.plan import Plan
 from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.flight import Flight, TraceInMemory, fly_in_memory
@@ -40,11 +40,18 @@ AUCTION = {
 }
 
 
+def bids(flown: Any, i: int, begin: float = -99.0, end: float = 1e9) -> list[tuple[tuple[int, int], list[Bid]]]:
+    """Return the bids that a follower published between two moments, each with its order."""
+    form = LawForm(bids_of(len(FOLLOWERS)))
+    told = [form.unpack(data) for _, law in flown.of("law", uav(i), begin, end) for _, data in law.contents]
+    return [((one.stamp, one.giver), [Bid(*bid) for bid in zip(one.prices, one.bidders, strict=True)]) for one in told]
+
+
 def places(flown: Any, begin: float = -99.0, end: float = 1e9) -> dict[int, list[int | None]]:
     """Return the places that each follower held between two moments, in turn."""
     found: dict[int, list[int | None]] = {}
     for i in FOLLOWERS:
-        held = [held_place(bids.bids, i) for _, bids in flown.of("bids", uav(i), begin, end)]
+        held = [held_place(one, i) for _, one in bids(flown, i, begin, end)]
         found[i] = [place for k, place in enumerate(held) if not k or place != held[k - 1]]
     return found
 
@@ -179,9 +186,9 @@ def test_who_lost_its_pose_before_the_order_still_passes_bids_on(fly: Callable[.
 
     unseen = {"at": 6.0, "kind": "tracker", "drone": 2, "duration": 9.0}
     flown = fly(AUCTION, unseen, duration=10.0, prepare=interrupt)
-    last = {i: flown.of("bids", uav(i))[-1][1] for i in FOLLOWERS}
-    assert len({bids.order for bids in last.values()}) == 1
-    assert {held_place(last[4].bids, 1), held_place(last[1].bids, 4)}.isdisjoint({None})
+    last = {i: bids(flown, i)[-1] for i in FOLLOWERS}
+    assert len({order for order, _ in last.values()}) == 1
+    assert {held_place(last[4][1], 1), held_place(last[1][1], 4)}.isdisjoint({None})
 
 
 def by_director(world: World, verb: str) -> None:

@@ -19,7 +19,7 @@ from flockwire_core.loading import SwarmFileError
 from flockwire_core.own_law import law_check
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.keys import Key
-from flockwire_core.wire.law_form import FormError, LawForm
+from flockwire_core.wire.law_form import FormError, LawForm, law_form
 from flockwire_core.wire.plan import Plan
 from flockwire_lab.flight import Flight, fly_recorded
 from rosbags.highlevel import AnyReader
@@ -256,7 +256,7 @@ Wide = NamedTuple("Wide", [(f"f{k}", Row.__annotations__ and tuple[(float,) * 10
 )
 def test_a_type_without_a_fixed_size_is_no_message(kind: type, line: str) -> None:
     with pytest.raises(FormError, match=line):
-        LawForm(kind)
+        law_form(Information(message=kind))
 
 
 class Symmetric(Nothing):

@@ -21,12 +21,39 @@ times `least`: each follower chooses its own epsilon, and nobody needs to know t
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from functools import lru_cache
 from math import inf, isfinite
+from typing import Any, NamedTuple
 
-from flockwire_core.domain.bids import NOBODY, Bid, held_place
-
+NOBODY = -1
 TOLERANCE = 0.1  # share of the least sum by which the result may be above it
 LEAST = 0.01  # m^2, smallest step of a price
+
+
+class Bid(NamedTuple):
+    """The greatest known bid for a place; a greater tuple outbids a lesser one."""
+
+    price: float  # in the unit of the costs: m^2
+    bidder: int  # number of the follower, NOBODY before the first bid
+
+
+@lru_cache(maxsize=16)
+def bids_of(places: int) -> Any:  # noqa: ANN401  (a class)
+    """Return the type of the message of the auction of so many `places`: the greatest bids that one follower knows.
+
+    Prices and bidders are by rank of the place; they belong to the order of the `stamp` (Unix ns) and the `giver`.
+    """
+    prices, bidders = tuple[(float,) * places], tuple[(int,) * places]  # type: ignore[misc]
+    return NamedTuple("Bids", [("stamp", int), ("giver", int), ("prices", prices), ("bidders", bidders)])
+
+
+def held_place(bids: Sequence[Bid], number: int) -> int | None:
+    """Return the place that follower `number` holds by `bids`: that of its highest price, None without one.
+
+    It has bids for two only after a restart, before the others have outbid the cheaper one.
+    """
+    own = [(bid.price, -place) for place, bid in enumerate(bids) if bid.bidder == number]
+    return -max(own)[1] if own else None
 
 
 def highest_price(places: int, most_cost: float) -> float:

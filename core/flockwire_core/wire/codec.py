@@ -10,7 +10,6 @@ from collections.abc import Callable
 from typing import Any, Final, NamedTuple, Protocol, TypeVar
 
 from flockwire_core.domain.airframe import Command, FlightState, Steer, Telemetry
-from flockwire_core.domain.bids import Bids
 from flockwire_core.domain.body import Body, BodyKind, Nearby
 from flockwire_core.domain.law_message import LawMessage
 from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
@@ -22,7 +21,7 @@ from flockwire_core.domain.vector import ZERO
 from flockwire_core.wire.batch import Batch, read_batch, write_batch
 from flockwire_core.wire.cdr import MessageError, Reader, Writer, begun
 from flockwire_core.wire.law_form import read_law_message, write_law_message
-from flockwire_core.wire.orders import read_bids, read_mission, write_bids, write_mission
+from flockwire_core.wire.orders import read_mission, write_mission
 from flockwire_core.wire.sighting import Sighting, read_sighting, write_sighting
 from flockwire_core.wire.status import Status, read_status, write_status
 
@@ -208,7 +207,6 @@ CODECS: Final[dict[type[Any], Codec]] = {
     Telemetry: _codec(_write_telemetry, _read_telemetry),
     TimeRequest: _codec(lambda writer, _: None, lambda stamp, frame, _: TimeRequest(stamp, frame)),
     TimeReply: _codec(_write_reply, lambda stamp, frame, reader: TimeReply(stamp, frame, reader.time(), reader.time())),
-    Bids: _codec(write_bids, read_bids),
     LawMessage: _codec(write_law_message, read_law_message),
     Sighting: _codec(write_sighting, read_sighting),
     Signals: _codec(_write_signals, _read_signals),

@@ -13,7 +13,6 @@ from enum import Enum
 from typing import NamedTuple
 
 from flockwire_core.domain.airframe import Command, Steer, Telemetry
-from flockwire_core.domain.bids import Bids
 from flockwire_core.domain.body import Nearby
 from flockwire_core.domain.law_message import LawMessage
 from flockwire_core.domain.motion import Estimate
@@ -216,10 +215,9 @@ def _other_hosts(roster: Roster) -> tuple[Member, ...]:
 
 _FLYING = _drones(lambda swarm: swarm.flying)
 _RELAYING = _drones(lambda swarm: swarm.followers if relays(swarm) else ())
-_SPEAKING = _drones(speakers)
+_SPEAKING = _drones(lambda swarm: swarm.followers if swarm.auctioned else speakers(swarm))
 _SEEING = _drones(lambda swarm: swarm.followers if sees(swarm) else ())
 _SIGNS = _drones(signs)
-_BIDDERS = _drones(lambda swarm: swarm.followers if swarm.auctioned else ())
 _SIGNALLING = _drones(lambda swarm: swarm.followers if swarm.control.own_law else ())
 _POSED = _drones(lambda swarm: tuple(sorted({*swarm.leaders, *swarm.tracked})))
 _SENSED = _drones(lambda swarm: swarm.flying if swarm.avoidance.sensing == "nearby" else ())
@@ -234,7 +232,6 @@ TABLE = (
     KeyRow("seen", Sighting, _SEEING, _all(GATEWAY), _pilot, 1000, 65536),
     KeyRow("estimate", Estimate, _RELAYING, _pilot, _any_of(_neighbours, _all(ROS)), 1000, 512),
     KeyRow("law", LawMessage, _SPEAKING, _pilot, _neighbours, 1000, 20480),
-    KeyRow("bids", Bids, _BIDDERS, _pilot, _neighbours, 1000, 16384, occasional=True),
     KeyRow(LEADS, Signals, _SIGNS, _pilot, _all(AGENT), 60, 512, occasional=True),
     KeyRow("signals", Signals, _SIGNALLING, _pilot, _all(), 1000, 8192, occasional=True),
     KeyRow("command", Command, _FLYING, _pilot, _any_of(_driver, _all(ROS)), 1000, 512),

@@ -34,8 +34,6 @@ class LawForm:
         self._struct = Struct("<" + "".join(codes.values()))
         self.size = self._struct.size  # bytes
         self.count = self.size // 8  # numbers
-        if self.size > LARGEST:
-            raise FormError(f"message {kind.__name__} takes {self.size} bytes, at most {LARGEST} may be sent")
         self.definition = "".join([f"\n{line}" for name, code in codes.items() for line in _lines(name, code)])
 
     def pack(self, message: object) -> bytes:
@@ -70,7 +68,11 @@ def law_form(information: Information) -> LawForm | None:
     """Return the form of a law's own messages; None for a law without, or that relays estimates; raises FormError."""
     if information.message is None or information.message is LeaderMotion:
         return None
-    return LawForm(information.message)
+    form = LawForm(information.message)
+    if form.size > LARGEST:
+        name = information.message.__name__
+        raise FormError(f"message {name} takes {form.size} bytes, at most {LARGEST} may be sent")
+    return form
 
 
 def packed(message: object, declared: Information, form: LawForm | None) -> bytes | None:

@@ -1,10 +1,7 @@
-"""The codec of orders, in their own messages and in the status of pilots, and of bids for the places in them."""
+"""The codec of orders, in their own messages and in the status of pilots."""
 
 from __future__ import annotations
 
-from math import inf
-
-from flockwire_core.domain.bids import NOBODY, Bid, Bids
 from flockwire_core.domain.order import LONGEST_CHANGE, MISSION_VERBS, MOST_VERSIONS, Change, Mission, Version
 from flockwire_core.wire.cdr import MessageError, Reader, Writer
 
@@ -67,23 +64,3 @@ def read_versions(reader: Reader) -> tuple[Version, ...]:
     if count > MOST_VERSIONS:
         raise MessageError(f"names {count} orders, the most is {MOST_VERSIONS}")
     return tuple([Version(reader.time(), reader.unsigned()) for _ in range(count)])
-
-
-def write_bids(writer: Writer, message: Bids) -> None:
-    """Append bids, after their stamp and frame."""
-    writer.time(message.order.stamp)
-    writer.unsigned(message.order.giver)
-    writer.length(len(message.bids))
-    for price, bidder in message.bids:
-        writer.double(price)
-        writer.put_all("i", bidder)
-
-
-def read_bids(stamp: int, frame: str, reader: Reader) -> Bids:
-    """Read the output of `write_bids`; raises MessageError, also for a price or a bidder that cannot be."""
-    order = Version(reader.time(), reader.unsigned())
-    bids = tuple([Bid(reader.take_all("d", 1)[0], reader.take("i")) for _ in range(reader.length())])
-    for price, bidder in bids:
-        if not 0.0 <= price < inf or bidder < NOBODY:
-            raise MessageError(f"a bid of {price} by {bidder}")
-    return Bids(stamp, frame, order, bids)

@@ -42,12 +42,10 @@ DEFINITIONS = {
         "geometry_msgs/Vector3 relative_position\nfloat64 radius\ngeometry_msgs/Vector3 velocity"
     ),
     "flockwire_msgs/msg/NearbyBodies": "std_msgs/Header header\nflockwire_msgs/NearbyBody[] bodies",
-    "flockwire_msgs/msg/Bid": "float64 price\nint32 bidder",
-    "flockwire_msgs/msg/Bids": ("std_msgs/Header header\nflockwire_msgs/OrderVersion order\nflockwire_msgs/Bid[] bids"),
     "flockwire_msgs/msg/LawMessage": (
         "std_msgs/Header header\nuint64 epoch\nuint64 sequence\nflockwire_msgs/LawContent[] contents"
     ),
-    LAW_CONTENT: "uint64 stamp",  # and the fields of the law's message
+    LAW_CONTENT: "uint64 valid_at",  # and the fields of the law's message
     "flockwire_msgs/msg/SeenDrone": (
         "int32 number\nfloat64 age\nfloat64[] bearing\nfloat64[] distance\nfloat64[] position\nfloat64[] velocity"
     ),

@@ -12,8 +12,9 @@ from collections.abc import Iterable, Iterator
 from math import inf
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
+from flockwire_core.control.auction import bids_of
 from flockwire_core.domain.airframe import Telemetry
-from flockwire_core.domain.bids import Bid, Bids
+from flockwire_core.domain.law_message import LawMessage
 from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import nanoseconds
@@ -21,6 +22,8 @@ from flockwire_core.domain.vector import add, scale
 from flockwire_core.swarm.model import uav
 from flockwire_core.swarm.tables import Finite, Items, Model, NotNegative, Point, Positive, Probability
 from flockwire_core.wire.codec import Message
+from flockwire_core.wire.information import relays
+from flockwire_core.wire.law_form import LawForm
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import Process
 from flockwire_twins.simulated_airframe import Wear
@@ -359,12 +362,22 @@ class FalseAge(_AgentFault):
 class FalseBids(_AgentFault):
     """The follower claims every place of an auction at `price` (m²)."""
 
-    edits = ("bids",)
+    edits = ("law",)
     kind: Literal["false_bids"]
     price: Positive
 
-    def edit(self, message: Bids, since: float, now: int) -> Bids:
-        return message._replace(bids=(Bid(self.price, self.drone),) * len(message.bids))
+    def possible(self, plan: Plan) -> tuple[int, ...]:
+        return plan.swarm.followers if relays(plan.swarm) else ()  # else they send what their own law says
+
+    def edit(self, message: LawMessage, since: float, now: int) -> LawMessage:
+        return message._replace(contents=tuple([(stamp, self._false(data)) for stamp, data in message.contents]))
+
+    def _false(self, data: bytes) -> bytes:
+        """Return the octets of the same bids by this drone, at its price."""
+        places = len(data) // 16 - 1
+        form = LawForm(bids_of(places))
+        bids: Any = form.unpack(data)
+        return form.pack(bids._replace(prices=(self.price,) * places, bidders=(self.drone,) * places))
 
 
 Fault = (

@@ -3,8 +3,7 @@ from math import inf, nan
 from random import Random
 
 import pytest
-from flockwire_core.control.auction import TOLERANCE, Auction
-from flockwire_core.domain.bids import NOBODY, Bid, held_place
+from flockwire_core.control.auction import NOBODY, TOLERANCE, Auction, Bid, held_place
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from flockwire_core.domain.airframe import Command, FlightState, Steer, Telemetry
-from flockwire_core.domain.bids import Bid, Bids
 from flockwire_core.domain.body import Body, BodyKind, Nearby
 from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire_core.domain.order import LONGEST_CHANGE, MISSION_VERBS, Change, Mission, Stop, Version
@@ -37,7 +36,6 @@ changes = st.integers(1, 20).flatmap(
 )  # fmt: skip
 absent = st.lists(st.integers(0, 999), max_size=4).map(tuple)
 givers = st.integers(0, 2**32 - 1)
-bids = st.lists(st.builds(Bid, st.floats(0.0, 1e9), st.integers(-1, 2**31 - 1)), max_size=6).map(tuple)
 versions = st.lists(st.builds(Version, stamps, givers), max_size=4).map(tuple)
 orders = st.builds(
     Mission, stamps.filter(bool), st.just("world"), st.text(), stamps, st.text(), st.none() | changes, absent,
@@ -66,7 +64,6 @@ MESSAGES = (
         Mission, stamps, frames, st.sampled_from(MISSION_VERBS), stamps, st.text(), st.none() | changes, absent,
         givers, counts, versions, st.just(0),
     ),
-    st.builds(Bids, stamps, frames, st.builds(Version, stamps, givers), bids),
     st.builds(Stop, stamps, frames, st.text()),
     st.builds(
         Status, stamps, st.just("world"), short, reports, counts, counts, counts, counts, counts, numbers, counts,
@@ -112,9 +109,6 @@ def ros_content(message):  # noqa: PLR0911 (one for each kind)
             return (message.state, message.battery, message.height, message.command_age, message.stop_received)
         case Mission():
             return (message.verb, *ros_formation(message))
-        case Bids():
-            (order,) = ros_versions([message.order])
-            return (order, [T["Bid"](*bid) for bid in message.bids])
         case Stop():
             return (message.reason,)
         case TimeRequest():
@@ -181,7 +175,6 @@ def test_every_frame_id_keeps_the_alignment(length):
         Mission(stamp, frame, "start", stamp, "line"),
         Mission(stamp, frame, "formation", stamp, "line", Change(stamp, 2.0, "", (0, 1, 2), (2, 0, 1))),
         Mission(stamp, frame, "start", giver=7, number=9, downs=(Version(stamp - 1, 8), Version(stamp, 2**31))),
-        Bids(stamp, frame, Version(stamp - 1, 8), (Bid(1.5, 3), Bid(0.0, -1))),
         Stop(stamp, frame, "why"),
         TimeRequest(stamp, frame),
         TimeReply(stamp, frame, stamp - 1, stamp + 1),
@@ -233,12 +226,6 @@ def test_an_origin_of_more_than_a_second_of_nanoseconds_is_rejected():
 def test_a_status_without_an_order_names_none():
     status = Status(SECOND, "world", "uav1", Report("ready"), 1, 2, 3, 4, 5, 0.5, 6, (), ())
     assert decode(Status, encode(status)).report.mission is None
-
-
-@pytest.mark.parametrize("bid", [Bid(-0.1, 1), Bid(float("nan"), 1), Bid(float("inf"), 1), Bid(1.0, -2)])
-def test_a_bid_that_nobody_can_have_made_is_rejected(bid):
-    with pytest.raises(MessageError, match="a bid of"):
-        decode(Bids, encode(Bids(SECOND, "world", Version(1, 2), (Bid(1.0, 1), bid))))
 
 
 @given(st.lists(bodies, max_size=40).map(tuple))

@@ -72,10 +72,10 @@ def test_bids_go_along_the_edges_between_followers_where_a_formation_has_an_auct
     both_ways = [[0, 1], [0, 2], [1, 2], [2, 1], [2, 3], [3, 2], [3, 4], [4, 3]]
     table = {"graph.edges": both_ways, "formations": {"row": {"kind": "line", "assignment": "auction"}}}
     swarm = make_swarm(table)
-    assert [key.owner for key in Plan(swarm).keys if key.kind == "bids"] == list(AGENTS)
-    assert both(swarm, Key("bids", "uav1")) == ({"uav1"}, {"uav2"})
-    assert both(swarm, Key("bids", "uav2")) == ({"uav2"}, {"uav1", "uav3"})
-    assert not [key for key in Plan(make_swarm({"graph.edges": both_ways})).keys if key.kind == "bids"]
+    assert [key.owner for key in Plan(swarm).keys if key.kind == "law"] == list(AGENTS)
+    assert both(swarm, Key("law", "uav1")) == ({"uav1"}, {"uav2"})
+    assert both(swarm, Key("law", "uav2")) == ({"uav2"}, {"uav1", "uav3"})
+    assert not [key for key in Plan(make_swarm({"graph.edges": both_ways})).keys if key.kind == "law"]
 
 
 def test_a_drone_with_a_driver_is_commanded_through_it_alone(make_swarm):

@@ -5,10 +5,9 @@ from struct import pack
 
 import pytest
 from flockwire_core.domain.airframe import Command, FlightState, Telemetry
-from flockwire_core.domain.bids import Bid, Bids
 from flockwire_core.domain.body import Body, BodyKind, Nearby
 from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
-from flockwire_core.domain.order import Change, Mission, Stop, Version
+from flockwire_core.domain.order import Change, Mission, Stop
 from flockwire_core.domain.pose import Pose
 from flockwire_core.wire.cdr import HEADER, LONGEST_SEQUENCE, MessageError
 from flockwire_core.wire.codec import decode, encode
@@ -24,7 +23,6 @@ SOUND = (
     Nearby(STAMP, "world", (Body(BodyKind.DRONE, PLACE, 0.0), Body(BodyKind.OBSTACLE, PLACE, 0.2))),
     Telemetry(STAMP, "world", FlightState.FLYING, 0.9, 1.0, 0.01),
     Mission(STAMP, "world", "start", STAMP, "line"),
-    Bids(STAMP, "world", Version(STAMP, 7), (Bid(1.5, 3), Bid(0.0, -1), Bid(2.5, 1))),
     Stop(STAMP, "world", "why"),
     Status(STAMP, "world", "uav1", Report("hold"), 1, 2, 3, 4, 5, 0.5, 6, (("a", 1),), ("gateway", "uav2")),
 )
