@@ -10,6 +10,7 @@ included.
 from __future__ import annotations
 
 import argparse
+import asyncio
 import contextlib
 import multiprocessing
 import os
@@ -51,7 +52,7 @@ class Bench:
         make_keys(self.plan, self.keys, clock.utc())
         self.host = Host(self.plan, self.file, "localhost", self.out, self.keys)
         self.session = Session(self.plan, OPERATOR.kind, self.keys)
-        self.operator = Operator(self.plan, self.session)
+        self.operator, self.loop = Operator(self.plan, self.session), asyncio.new_event_loop()
 
     def start(self, *identities: str) -> None:
         """Start processes."""
@@ -61,12 +62,14 @@ class Bench:
 
     def wait(self, met: Callable[[], bool], seconds: float = 30.0) -> float:
         """Wait until it is so; returns when that was seen, s of the monotonic clock."""
-        deadline = time.monotonic() + seconds
+        return self.loop.run_until_complete(self._wait(met, time.monotonic() + seconds))
+
+    async def _wait(self, met: Callable[[], bool], deadline: float) -> float:
         while time.monotonic() < deadline:
             self.operator.poll()
             if met():
                 return time.monotonic()
-            time.sleep(0.0005)
+            await asyncio.sleep(0.0005)
         raise TimeoutError(met)
 
     def known(self) -> bool:

@@ -155,11 +155,9 @@ class Field:
         """Wait until all are in `phases` and stay there; returns what is wrong, empty when nothing is."""
         with contextlib.suppress(TimeoutError):
             self.swarm.wait(lambda: self._fleet().all_in(*phases), seconds)
-            left = time.monotonic() + QUIET
-            while time.monotonic() < left:
-                if not self._fleet().all_in(*phases):
-                    return f"left it again: {self.phases()}"
-                time.sleep(0.02)
+            with contextlib.suppress(TimeoutError):
+                self.swarm.wait(lambda: not self._fleet().all_in(*phases), QUIET)
+                return f"left it again: {self.phases()}"
             return ""
         return f"not at rest: {self.phases()}"
 
@@ -170,13 +168,13 @@ class Field:
         return {s.identity: f"{s.report.phase} ({verbs[s.identity]}) {s.report.detail}".strip() for s in fresh}
 
     def _order(self, verb: str, formation: str) -> Answer:
-        return asyncio.run(obey(self.swarm.operator, Order(verb, formation)))
+        return self.swarm.loop.run_until_complete(obey(self.swarm.operator, Order(verb, formation)))
 
     def _down(self) -> bool:
         return self._fleet().all_in(*ON_GROUND) and not self._fleet().not_down()
 
     def _fleet(self) -> Any:  # noqa: ANN401
-        return self.swarm.operator.fleet()
+        return self.swarm.operator.core.fleet(self.swarm.operator.poll())
 
 
 def landing(field: Field, situation: str, chance: Random) -> str:
