@@ -299,10 +299,9 @@ def check_decision(decision: object) -> Vector:
     except ValueError as error:
         raise ValueError(f"command {error}") from None
     if isinstance(message, LeaderMotion):
-        for vector in (message.position, message.velocity, message.acceleration):
-            if not isinstance(vector, tuple):
-                raise TypeError(f"a vector of a LeaderMotion must be a tuple of three floats: {message}")
-            three(vector)
+        _check_vector(message.position, message)
+        _check_vector(message.velocity, message)
+        _check_vector(message.acceleration, message)
     if not isinstance(decision.stamp, int) or not 0 <= decision.stamp < END_OF_TIME:
         raise ValueError(f"the stamp must be an int, in ns: {decision}")
     if decision.error is not None and not is_number(decision.error):
@@ -310,6 +309,12 @@ def check_decision(decision: object) -> Vector:
     if decision.signals is not None:
         _check_signals(decision.signals)
     return command
+
+
+def _check_vector(vector: object, message: LeaderMotion) -> None:
+    if not isinstance(vector, tuple):
+        raise TypeError(f"a vector of a LeaderMotion must be a tuple of three floats: {message}")
+    three(vector)
 
 
 def _check_signals(signals: Mapping[Any, Any]) -> None:

@@ -19,7 +19,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -151,7 +151,7 @@ class Field:
             return f"{verb} did not bring all there: {self.phases()}; {answer}"
         return ""
 
-    def rest(self, phases: tuple[Phase, ...], seconds: float = REST) -> str:
+    def rest(self, phases: Collection[Phase], seconds: float = REST) -> str:
         """Wait until all are in `phases` and stay there; returns what is wrong, empty when nothing is."""
         with contextlib.suppress(TimeoutError):
             self.swarm.wait(lambda: self._fleet().all_in(*phases), seconds)

@@ -75,7 +75,10 @@ class Room(Frozen):
         polygon is a separate wall, n from its nearest point to the path from the one to the other. Outside, n leads
         straight back, and no other edge counts. `recovery` in m/s, at most, back from outside.
         """
-        (px, py, pz), (qx, qy, qz), (a, b, c), (d, e, f) = position, stopping, self.low, self.high
+        px, py, pz = position
+        qx, qy, qz = stopping
+        a, b, c = self.low
+        d, e, f = self.high
         found = [
             approach.half_space((1.0, 0.0, 0.0), min(px, qx) - a, 0.0, recovery),
             approach.half_space((-1.0, 0.0, 0.0), d - max(px, qx), 0.0, recovery),

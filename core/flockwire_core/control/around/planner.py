@@ -66,20 +66,21 @@ class Planner:
 
         `bodies` are relative to the position, m; `now` in s.
         """
-        own, (x, y, z) = self._guard, error
+        x, y, z = error
         if now - self._planned >= PERIOD:
             self._planned += PERIOD * ((now - self._planned) // PERIOD)
             vx, vy = self._steady
             self._steady = (vx + STEADY * (velocity[0] - vx), vy + STEADY * (velocity[1] - vy))
-            if bodies or own.room.outside(subtract(motion.stopping, error)) > 0.0:
+            if bodies or self._guard.room.outside(subtract(motion.stopping, error)) > 0.0:
                 self._plan((x, y), motion, velocity, bodies)
             else:
                 self._forget()
-        (vx, vy), t = self._rate, now - self._planned
+        vx, vy = self._rate
+        t = now - self._planned
         x, y = self._ahead[0] + t * vx - x, self._ahead[1] + t * vy - y
         reach, rise = sqrt(x * x + y * y), self._rise(z, (x, y), bodies) if self._passes else 0.0
         pull = self._gain * (1.0 + self._rest / max(reach, 1e-6))
-        return limit((pull * x + vx, pull * y + vy, self._gain * (rise - z)), own.speed)
+        return limit((pull * x + vx, pull * y + vy, self._gain * (rise - z)), self._guard.speed)
 
     def _rise(self, z: float, along: Corner, bodies: Sequence[Body]) -> float:
         """Return the height, m above the place, that keeps clear of the nearest drone ahead.

@@ -40,7 +40,8 @@ def tangent(start: Disc, end: Disc) -> Edge | None:
     u is its direction and n the normal to the left. A radius r has a sign: > 0 where the circle lies to the left of the
     way, which goes round it counter-clockwise, < 0 to the right; 0 is a point.
     """
-    (ax, ay, a), (bx, by, b) = start, end
+    ax, ay, a = start
+    bx, by, b = end
     dx, dy, more = bx - ax, by - ay, b - a
     square = dx * dx + dy * dy
     along = square - more * more
