@@ -139,11 +139,12 @@ class PlaceAuction:
             self._auction.take(known.bids)
         return self._auction
 
-    def reported(self, report: Report) -> Report:
-        """Return `report` with the place that it holds, and with how many messages it rejected."""
+    def reported(self, report: Report, malformed: int = 0) -> Report:
+        """Return `report` with the place that it holds, and how many messages it rejected, beside those `malformed`."""
         if not (self.ordered or self.place is not None):
             return report
-        counts = (*report.counts, ("bids rejected", self.rejected)) if self.rejected else report.counts
+        rejected = self.rejected + malformed
+        counts = (*report.counts, ("bids rejected", rejected)) if rejected else report.counts
         reasons = (*report.reasons, NO_PLACE_YET) if self.place is None else report.reasons
         return report._replace(place=self.place, reasons=reasons, counts=counts)
 
@@ -217,4 +218,4 @@ class AuctionedPlace(OrderedPlace):
 
     def reported(self, report: Report) -> Report:
         """Return `report` with the place that it holds."""
-        return self._auction.reported(report)
+        return self._auction.reported(report, sum([one.rejected for one in self._hearing.speakers.values()]))

@@ -221,6 +221,11 @@ def test_who_is_left_out_in_flight_does_not_bid_and_has_the_place_of_its_rank(co
     agent.order("formation", agent.now)
     agent.run(0.1)
     assert agent.report.place is not None
+    assert "bids rejected" not in dict(agent.report.counts)
+    short = LawMessage(agent.now, "world", BORN, 2, ((agent.now, packed[:-8]),))
+    agent.core.receive(Key("law", "uav1"), short, agent.now)
+    agent.run(0.1)
+    assert dict(agent.report.counts)["bids rejected"] == 1
 
 
 def test_who_does_not_know_where_it_is_passes_bids_on_and_bids_once_it_knows(swarm):
