@@ -58,7 +58,7 @@ class Collector:
         self._obeyed: set[Version] = set()  # missions that a process obeyed
         self._stops: dict[int, Stop] = {}
         self._held: dict[int, list[Held]] = {}
-        self._numbers = {self.plan.pilots[i]: i for i in swarm.followers if swarm.auctioned}
+        self._bidders = {self.plan.pilots[i]: i for i in swarm.followers if swarm.auctioned}
         self._histories: dict[str, list[Observed]] = {identity: [] for identity in self.plan.pilots.values()}
         self._shown: dict[str, list[Shown]] = {}
         self._about: dict[str, tuple[object, ...]] = {}  # what the last status of a process told beside figures
@@ -134,12 +134,17 @@ class Collector:
         """Take what is new in a status."""
         if (obeyed := message.report.mission) is not None:
             self._obeyed.add(obeyed.version)
-            if (number := self._numbers.get(message.identity)) is not None:
-                self._held.setdefault(number, []).append(Held(message.stamp, obeyed.version, message.report.place))
+            if (number := self._bidders.get(message.identity)) is not None:
+                self._take_held(number, Held(message.stamp, obeyed.version, message.report.place))
         for reason in message.report.reasons:
             if (found := self._reasons.get(reason.code)) is not None:
                 found[f"{message.identity}: {reason.text}"] = None
         append_change(self._shown.setdefault(message.identity, []), shown(message))
+
+    def _take_held(self, number: int, held: Held) -> None:
+        history = self._held.setdefault(number, [])
+        if not history or history[-1][1:] != held[1:]:
+            history.append(held)
 
     def trace(self, path: Path, closed: bool = True, lost_bytes: int = 0) -> Trace:
         """Return the data collected from `path`."""
