@@ -75,21 +75,16 @@ def _read_group(reader: Reader) -> tuple[Seen, ...]:
 
 def _read_seen(reader: Reader) -> Seen:
     number, age = reader.take("i"), reader.double()
-    bearing, distance = _numbers(reader, 3), _numbers(reader, 1)
-    position, velocity = _numbers(reader, 3), _numbers(reader, 3)
-    return Seen(
-        number,
-        bearing=(bearing[0], bearing[1], bearing[2]) if bearing else None,
-        distance=distance[0] if distance else None,
-        position=(position[0], position[1], position[2]) if position else None,
-        velocity=(velocity[0], velocity[1], velocity[2]) if velocity else None,
-        age=age,
-    )
+    bearing = reader.vector() if _holds(reader, 3) else None
+    distance = reader.double() if _holds(reader, 1) else None
+    position = reader.vector() if _holds(reader, 3) else None
+    velocity = reader.vector() if _holds(reader, 3) else None
+    return Seen(number, 0.0, False, bearing, distance, position, velocity, age)
 
 
-def _numbers(reader: Reader, count: int) -> list[float]:
-    """Take `count` finite numbers, or none."""
+def _holds(reader: Reader, count: int) -> bool:
+    """Take whether `count` numbers follow, or none."""
     length = reader.length()
     if length not in (0, count):
         raise MessageError(f"{length} numbers of a seen drone, not {count}")
-    return [reader.double() for _ in range(length)]
+    return length > 0

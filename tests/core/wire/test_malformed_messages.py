@@ -94,7 +94,7 @@ def test_a_claim_of_many_bodies_is_refused_at_once(count):
 
 @pytest.mark.parametrize("wrong", [float("nan"), float("inf"), float("-inf")])
 def test_numbers_that_are_not_finite_are_refused(wrong):
-    pose, estimate, command, nearby, telemetry, _, _, _, status = SOUND
+    pose, estimate, command, nearby, telemetry, _, _, status = SOUND
     for place in ((wrong, 0.0, 0.0), (0.0, wrong, 0.0), (0.0, 0.0, wrong), (wrong, -wrong, 0.0)):
         for message in (
             pose._replace(position=place),
