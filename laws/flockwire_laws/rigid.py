@@ -19,7 +19,7 @@ import numpy as np
 from flockwire_core import law as fw
 
 from flockwire_laws import checks
-from flockwire_laws.relative import size
+from flockwire_laws.relative import Array, size
 
 
 class Gains(fw.Parameters):
@@ -29,9 +29,10 @@ class Gains(fw.Parameters):
 
 
 class Rigid:
-    """The law for one drone in the plane; the pilot holds the height."""
+    """The law for one drone in the plane, of horizontal distances; the pilot holds the height."""
 
     dimension: ClassVar[int] = 2
+    axes: ClassVar[Array] = np.array((1.0, 1.0, 0.0))
     information = fw.Information(neighbours=fw.Sense.POSITION, directed=False, planar=True)
     Parameters = Gains
     check = classmethod(checks.rigid)
@@ -46,14 +47,15 @@ class Rigid:
             return fw.Decision()
         command, worst = np.zeros(3), 0.0
         for one in observation.neighbours:
-            line, wanted = np.array(one.position), size(np.array(place.to(one.number, observation.t)))
+            line = self.axes * np.array(one.position)
+            wanted = size(self.axes * np.array(place.to(one.number, observation.t)))
             command += (line @ line - wanted**2) * line
             worst = max(worst, abs(size(line) - wanted))
         return fw.Decision(self._gain * command, error=worst)
 
 
 class RigidInSpace(Rigid):
-    """The same in space."""
+    """The same in space; of a law that may not know the own position the pilot would hold the height."""
 
-    dimension = 3
-    information = fw.Information(neighbours=fw.Sense.POSITION, directed=False)
+    dimension, axes = 3, np.ones(3)
+    information = fw.Information(neighbours=fw.Sense.POSITION, own=fw.Sense.POSITION, directed=False)

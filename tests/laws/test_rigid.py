@@ -27,7 +27,7 @@ def test_command_is_minus_the_gradient_in_any_axes(seed):
     turn = np.linalg.qr(draw.normal(size=(3, 3)))[0]
     for axes in (np.eye(3), turn):
         seen = [sight(Sense.POSITION, j + 1, 1.0, False, axes @ (p[j] - p[0]), np.zeros(3)) for j in (1, 2, 3)]
-        found = np.array(Rigid(settings(gain=0.3)).step(Observation(place=site, neighbours=seen)).command)
+        found = np.array(RigidInSpace(settings(gain=0.3)).step(Observation(place=site, neighbours=seen)).command)
         assert axes.T @ found == pytest.approx(-gradient, abs=1e-5)
 
 
