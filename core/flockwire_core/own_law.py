@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import cast
 
 from pydantic import ValidationError
 
 from flockwire_core.domain.motion import LeaderMotion
 from flockwire_core.domain.time import SECOND
-from flockwire_core.domain.vector import ZERO
+from flockwire_core.domain.vector import ZERO, Vector
 from flockwire_core.dry_flight import IN_FORMATION, dry_flight
 from flockwire_core.follower_law import follower_law, raised
-from flockwire_core.law import Information, Law, Sense, check_decision
+from flockwire_core.law import Information, Law, Pace, Sense, check_decision
 from flockwire_core.objects import FAILURES, load_object
 from flockwire_core.parameters import law_parameters
 from flockwire_core.swarm.laws import law_object
@@ -23,10 +23,11 @@ from flockwire_core.swarm.validation import Problem, problems_of
 from flockwire_core.swarm.wording import meant, shown
 from flockwire_core.time_limit import limited
 from flockwire_core.wire.information import declared as declared_by
-from flockwire_core.wire.information import information_of, speakers
+from flockwire_core.wire.information import information_of, keeps_height, speakers
 from flockwire_core.wire.law_form import FormError, LawForm, law_form, packed
 
 UNDECLARED = "has no `information`, which says what it sees and sends; nothing: Information(leaders=(0, 1))"
+HEIGHT = "the pilot holds the height, as the law does not: that of places and of leaders that climb is not flown"
 NONE = "what `information` does not declare, or is not known yet, is None"
 
 Checked = tuple[list[str], list[str], dict[str, float]]  # problems, notes, predicted rates, 1/s
@@ -113,6 +114,10 @@ def _contradictions(declared: Information, swarm: Swarm) -> Iterator[str]:
     bodiless = {i for i in swarm.leaders if not swarm.leading[i].has_body}
     if declared.neighbours and bodiless.intersection(source for source, *_ in swarm.graph.edges):
         yield "it sees its neighbours, but leader.kind = 'virtual' has no body to be seen: give the leader one"
+    if declared.radius > 0.0 and not declared.around:
+        yield "its information has a radius, but nothing around is declared within it: add around, or drop the radius"
+    if declared.pace is not Pace.STEP and declared.message is None:
+        yield f"its information has pace = {declared.pace.name}, but no message that goes at it: declare its type"
     if declared.around and declared.radius > 0.0 and sensing != "nearby":
         yield "it sees whoever is around, but avoidance.sensing = 'neighbours' has no sensor for that: use 'nearby'"
     if sensing == "neighbours" and not _knows_positions(declared):
@@ -185,12 +190,12 @@ def _lead_failures(swarm: Swarm, form: LawForm) -> Iterator[Problem]:
 
 def law_check(swarm: Swarm) -> Checked:
     """Return problems, notes and predicted rates (1/s) by the law's own `check`; a problem if that raises."""
-    law = load_law(law_object(swarm))
+    law, formation = load_law(law_object(swarm)), swarm.build_formation()
+    places = {i: formation.offset(rank, 0.0) for rank, i in enumerate(swarm.followers)}
+    height = [HEIGHT] if _has_heights(swarm, places.values()) else []
     check = getattr(law, "check", None)
     if check is None:
-        return [], [], {}
-    formation = swarm.build_formation()
-    places = {i: formation.offset(rank, 0.0) for rank, i in enumerate(swarm.followers)}
+        return [], height, {}
     if swarm.sole_leader is not None:
         places[swarm.sole_leader] = ZERO
     try:
@@ -200,9 +205,21 @@ def law_check(swarm: Swarm) -> Checked:
         if not isinstance(found, list | tuple) or len(found) != 3 or not all(map(isinstance, found, kinds)):
             raise TypeError(f"it must return problems and notes (lists of text) and rates (a dict), not {found!r}")
         problems, notes, rates = found
-        return [*map(str, problems)], [*map(str, notes)], {str(name): float(rate) for name, rate in rates.items()}
+        return (
+            [*map(str, problems)],
+            [*map(str, notes), *height],
+            {str(name): float(rate) for name, rate in rates.items()},
+        )
     except FAILURES as error:  # a user's may raise anything
         return [f"its check fails: {raised(error)}"], [], {}
+
+
+def _has_heights(swarm: Swarm, places: Iterable[Vector]) -> bool:
+    """Return whether the pilot holds the height of a swarm whose `places` differ in it, or whose leaders climb."""
+    courses = [leader.course() for leader in swarm.leading.values()]
+    heights = [{height for _, _, height in places}]
+    heights += [{course.position(float(t))[2] for t in range(60)} for course in courses]
+    return not keeps_height(information_of(swarm)) and any(max(some) - min(some) > 0.01 for some in heights)  # m
 
 
 def step_time(swarm: Swarm, read: Callable[[], int]) -> float:

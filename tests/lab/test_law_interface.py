@@ -340,6 +340,14 @@ class Heavy(Nothing):
     information = Information(message=Wide)
 
 
+class Within(Nothing):
+    information = Information(neighbours=Sense.POSITION, radius=2.0)
+
+
+class Roundless(Nothing):
+    information = Information(pace=Pace.ROUND)
+
+
 class Led3(Nothing):
     information = Information(leaders=(3, 3))
 
@@ -364,6 +372,8 @@ class Led3(Nothing):
         (Backwards, {}, r"information has leaders = \(2, 0\), must be two whole numbers, the least and the most"),
         (Heavy, {}, "message Wide takes 8800 bytes, at most 8192 may be sent"),
         (Led3, {}, "needs 3, the file has 1"),
+        (Within, {}, "has a radius, but nothing around is declared within it: add around, or drop the radius"),
+        (Roundless, {}, "has pace = ROUND, but no message that goes at it: declare its type"),
         (Bearings, {"graph.edges": [[0, 1], [1, 2, -0.5], [2, 3], [3, 4]]}, "takes weights above 0 only"),
         (Around, {"avoidance.sensing": "neighbours"}, "avoidance.sensing = 'neighbours' has no sensor"),
         (Bearings, {"avoidance.sensing": "neighbours"}, "may not know its neighbours' positions"),

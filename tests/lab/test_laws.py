@@ -11,7 +11,7 @@ from flockwire_core.domain.time import SECOND
 from flockwire_core.ground.order import Order
 from flockwire_core.law import Output
 from flockwire_core.loading import load_swarm, load_table, parse_swarm
-from flockwire_core.own_law import law_check
+from flockwire_core.own_law import HEIGHT, law_check
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.information import information_of
 from flockwire_lab.trial import Trial
@@ -114,7 +114,7 @@ RATES = {  # of flights: example, law, parameters, error, window in s from BEGIN
     "2b": ("second_order", "second_order", {}, behind_the_leader, (2.0, 6.0)),
     "5a": ("bearing", "", {}, from_the_shape, (5.0, 8.0)),
     "5b": ("affine", "bearing", {"anchored": True, "gain": 4.0}, from_the_leaders_places, (8.0, 13.0)),
-    "5c": ("affine", "flockwire_laws.bearing:Manoeuvre", {"kv": 2.5}, from_the_leaders_places, (2.0, 6.0)),
+    "5c": ("affine", "flockwire_laws.manoeuvre:Manoeuvre", {"kv": 2.5}, from_the_leaders_places, (2.0, 6.0)),
     "6": ("rigid", "", {}, from_the_distances, (3.5, 6.5)),
     "7a": ("affine", "flockwire_laws.affine:AtRest", {"gain": 10.0}, from_the_leaders_image, (2.0, 8.0)),
     "7b": ("affine", "", {}, from_the_leaders_image, (6.0, 10.0)),
@@ -203,6 +203,43 @@ def test_rigid_reaches_its_shape_and_keeps_its_centre(lag):
     assert np.abs(centre - centre[0]).max() < 1e-3
 
 
+PYRAMID = np.array([(1.2, 0.0, 0.0), (-0.6, 1.04, 0.0), (-0.6, -1.04, 0.0), (0.0, 0.0, 1.2)])
+
+
+def pyramid(law: str) -> Swarm:
+    """Return four drones that see each other, with places at two heights."""
+    frames = "\n".join(["t,drone,x,y,z", *(f"0,{k},{x},{y},{z}" for k, (x, y, z) in enumerate(PYRAMID, 1)), ""])
+    table = {
+        "name": "pyramid",
+        "leaders": [],
+        "control": {"law": law},
+        "formation": {"kind": "key_frames", "file": "pyramid.csv", "frames": frames},
+        "graph": {"edges": [[j, i] for i in range(1, 5) for j in range(1, 5) if i != j]},
+        "drones": [{"id": k, "start": [x + 0.1 * k, y, 0.0]} for k, (x, y, _) in enumerate(PYRAMID, 1)],
+    }
+    return parse_swarm(table, "test")
+
+
+def test_rigid_in_space_flies_the_heights_of_its_shape():
+    swarm, last = pyramid("flockwire_laws.rigid:RigidInSpace"), {}
+
+    def take(published):
+        if published.key.kind == "truth" and published.at < EPOCH + 28 * SECOND:
+            last[published.key.owner] = np.array(published.sample.message().position)
+
+    World(swarm, 1, 30.0, tap=take).run()
+    p = np.array([last[f"uav{i}"] for i in swarm.followers])
+    found, wanted = (np.linalg.norm(one[:, None] - one, axis=-1) for one in (p, PYRAMID))
+    assert found == pytest.approx(wanted, abs=5e-3)
+    assert np.ptp(p[:, 2]) > 0.5
+
+
+def test_check_says_that_the_pilot_holds_the_height():
+    assert HEIGHT in law_check(pyramid("rigid"))[1]
+    assert HEIGHT not in law_check(pyramid("flockwire_laws.rigid:RigidInSpace"))[1]
+    assert HEIGHT not in law_check(load_swarm(EXAMPLES / "rigid.toml"))[1]
+
+
 @pytest.mark.long
 def test_bearing_keeps_centre_and_scale():
     points = np.array(list(flown("bearing").values()))[..., :2]
@@ -257,7 +294,7 @@ def test_affine_keeps_the_shape_of_its_leaders():
 @pytest.mark.long
 def test_followers_of_three_moving_leaders_change_their_formation():
     table, places = (
-        table_of("affine", law="flockwire_laws.bearing:Manoeuvre", kv=2.5),
+        table_of("affine", law="flockwire_laws.manoeuvre:Manoeuvre", kv=2.5),
         {4: (0, 1.4), 5: (0, -1.4), 6: (-1.6, 1.2)},
     )
     rows = [f"0,{place},{x},{y},0" for place, (x, y) in enumerate([*places.values(), (-1.6, -1.2)], 1)]

@@ -5,10 +5,11 @@ from __future__ import annotations
 from math import exp
 
 from flockwire_core.domain.vector import ZERO, Vector, add, scale
-from flockwire_core.law import Information, Output, Sense
+from flockwire_core.law import Information, Output
 from flockwire_core.parameters import PilotParameters
 from flockwire_core.pilot.pilot import Pilot
 from flockwire_core.pilot.place import keep_place
+from flockwire_core.wire.information import keeps_height
 
 
 class AccelerationInput:
@@ -48,7 +49,7 @@ class LawCommand:
     def __init__(self, declared: Information, parameters: PilotParameters, has_acceleration: bool = False) -> None:
         accelerates, lag = declared.output is Output.ACCELERATION, 0.0 if has_acceleration else parameters.lag
         self._accelerations = AccelerationInput(lag, parameters.guard.period) if accelerates else None
-        self._levels = declared.planar or not declared.own & Sense.POSITION
+        self._levels = not keeps_height(declared)
         self._rise = parameters.limits.vertical_speed
         self._height: float | None = None  # m, that is held
 

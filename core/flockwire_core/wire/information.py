@@ -91,6 +91,11 @@ def accelerates(swarm: Swarm, number: int) -> bool:
     return information_of(swarm).output is Output.ACCELERATION and swarm.row(number).accelerates
 
 
+def keeps_height(declared: Information) -> bool:
+    """Return whether the law flies the height itself; else the pilot holds it."""
+    return not declared.planar and bool(declared.own & Sense.POSITION)
+
+
 def sees(swarm: Swarm) -> bool:
     """Return whether the law sees drones."""
     declared = information_of(swarm)
