@@ -1,17 +1,14 @@
 """Formation by bearings: `law = "bearing"` is 5a, with `anchored = true` 5b.
 
 S. Zhao, D. Zelazo, "Bearing rigidity and almost global bearing-only formation stabilization", TAC 61(5), 2016 (5a);
-S. Zhao, Z. Li, Z. Ding, "Bearing-only formation tracking control", TAC 64(11), 2019 (5b); S. Zhao, D. Zelazo,
-"Translational and scaling formation maneuver control via a bearing-based approach", TCNS 4(3), 2017 (5c).
+S. Zhao, Z. Li, Z. Ding, "Bearing-only formation tracking control", TAC 64(11), 2019 (5b). 5c is in manoeuvre.py.
 
     5a Bearing    u_i = −k sum P(g_ij) g*_ij,   P(x) = I − x x'                                    velocity (m/s)
     5b anchored   u_i = k sum (g_ij − g*_ij), two leaders or more at rest                          velocity (m/s)
-    5c Manoeuvre  u_i = K_i^-1 sum P(g*_ij) [a_j − kp (p_i − p_j) − kv (v_i − v_j)], K_i = sum P(g*_ij)   m/s^2
 
-g_ij unit vector to j, g*_ij that of the places, k m/s, kp 1/s^2, kv 1/s, a_j what j commands; `leader_places` m. The
-graph is undirected and bearing rigid (null space of the bearing Laplacian: translations, scale). 5a keeps centroid and
-scale; its rate is k times the least eigenvalue but 0 of the bearing Laplacian weighted by 1/|p_j − p_i|, 5b's that of
-its block of the followers. 5c: e'' + kv e' + kp e = 0.
+g_ij unit vector to j, g*_ij that of the places, k m/s; `leader_places` m. The graph is undirected and bearing rigid
+(null space of the bearing Laplacian: translations, scale). 5a keeps centroid and scale; its rate is k times the least
+eigenvalue but 0 of the bearing Laplacian weighted by 1/|p_j − p_i|, 5b's that of its block of the followers.
 """
 
 from __future__ import annotations
@@ -20,7 +17,7 @@ import numpy as np
 from flockwire_core import law as fw
 
 from flockwire_laws import checks
-from flockwire_laws.relative import Acceleration, Array, flown_acceleration, size, vector
+from flockwire_laws.relative import Array, size
 
 
 class Gains(fw.Parameters):
@@ -59,26 +56,3 @@ class Bearing:
         """Return g*_ij, zero of places that coincide."""
         line: Array = np.subtract(self.gains.leader_places.get(j, (0.0, 0.0, 0.0)), place.to(j, t))
         return line / max(size(line), 1e-9)
-
-
-class Manoeuvre(Bearing):
-    """The law 5c for one follower."""
-
-    information = fw.Information(
-        fw.STATE, output=fw.Output.ACCELERATION, message=Acceleration, leaders=(2, 9), directed=False
-    )
-    lead = staticmethod(flown_acceleration)
-
-    def step(self, observation: fw.Observation) -> fw.Decision:
-        """Return u_i; the error is |K_i^-1 sum P(g*_ij) (p_i − p_j)|."""
-        if observation.place is None:
-            return fw.Decision()
-        sent = {one.number: one.content.acceleration for one in observation.heard}
-        command, apart, total = np.zeros(3), np.zeros(3), np.zeros((3, 3))
-        for one in observation.neighbours:
-            g, line = self.wanted(observation.place, one.number, observation.t), np.array(one.position)
-            across, ahead = g.any() * np.eye(3) - np.outer(g, g), np.array(sent.get(one.number, (0.0, 0.0, 0.0)))
-            command += across @ (ahead + self.gains.kp * line + self.gains.kv * np.array(one.velocity))
-            apart, total = apart + across @ line, total + across
-        command, apart = np.linalg.pinv(total) @ command, np.linalg.pinv(total) @ apart
-        return fw.Decision(command, Acceleration(vector(command)), size(apart))

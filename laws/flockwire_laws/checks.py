@@ -23,10 +23,12 @@ Law = Any  # a law's class
 
 DAMPING = "control.parameters: kv^2 / kp = {:.4g} must be above {:.4g} on this graph, or it diverges"
 SHORT = "control.parameters: the law needs {:.3g} m around, beyond its radius of {:g} m"
-NOT_BEARING_RIGID = "graph.edges: not bearing rigid: the null space of the bearing Laplacian{} must be {}, is {}"
+NOT_BEARING_RIGID = (
+    "graph.edges: not bearing rigid, add edges: the null space of the bearing Laplacian{} must be {}, is {}"
+)
 FLEXIBLE = "graph.edges: not infinitesimally rigid: needs rank {}, has {}; add edges, or move places off a line"
-NOT_POSITIVE = "graph.edges: the followers' block must be positive definite, its least eigenvalue is {:.3g}"
-UNBALANCED = "graph.edges: the stresses at drone {} must balance at the places, their sum is {:.3g} m"
+NOT_POSITIVE = "graph.edges: the followers' block must be positive definite, its least eigenvalue is {:.3g}; add edges"
+UNBALANCED = "graph.edges: the stresses at drone {} must balance at the places, their sum is {:.3g} m: compute them"
 DIVERGES = "feed-forward: its spectral radius is {:.4g}, must be below 1: commands that are fed on grow"
 SETTLES = "feed-forward: its spectral radius is {:.4g}: errors of what is fed on count {:.3g} fold"
 NOT_STOCHASTIC = (
@@ -88,7 +90,7 @@ def bearing(law: Law, graph: Graph, places: Places, parameters: Given) -> Checke
     """Check for symmetry, leaders and bearing rigidity."""
     gains, count = law.Parameters.of(parameters), 3 * len(graph.followers)
     manoeuvres = law.information.output is Output.ACCELERATION
-    anchored = gains.anchored or manoeuvres or len(graph.leaders) > 1
+    anchored = gains.anchored or manoeuvres or bool(graph.leaders)
     problems = _asymmetric(graph) + (spectrum.led(graph, 2) if anchored else [])
     known = {**places, **gains.leader_places}
     if same := [COINCIDE.format(i, j) for i, j in spectrum.pairs(graph) if np.array_equal(known[i], known[j])]:

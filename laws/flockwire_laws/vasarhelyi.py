@@ -11,8 +11,8 @@ confined environments", Science Robotics 3(20), 2018:
 
 r position (m), v velocity, u its command (m/s). A shill at the nearest point of each wall, and of each obstacle, flies
 away from it at v_shill. The constants are the source's for 4 m/s; `length` and `speed` scale them (times by
-length / speed). v_i/|v_i| is a given heading until the drone first moves. No theorem: order parameters (velocity
-correlation 0.92, speed 3.83 m/s of 4). The airframe's lag belongs to the law: friction adds to a command.
+length / speed). v_i/|v_i| is a given heading until |v_i| first exceeds 0.05 v_flock. No theorem: order parameters
+(velocity correlation 0.92, speed 3.83 m/s of 4). The airframe's lag belongs to the law: friction adds to a command.
 """
 
 from __future__ import annotations

@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
+from flockwire_core.control.graph import Graph
 from flockwire_core.law import Heard, Observation, Sense
-from flockwire_laws.bearing import Bearing, Manoeuvre
+from flockwire_laws.bearing import Bearing
+from flockwire_laws.manoeuvre import Manoeuvre
 from flockwire_laws.relative import Acceleration
 from hypothesis import given
 from hypothesis import settings as tries
@@ -87,6 +89,8 @@ def test_check_refuses_a_flexible_and_a_directed_graph():
     assert not Bearing.check(graph(SQUARE, BRACED), SQUARE, {})[0]
     assert any("symmetric" in one for one in Bearing.check(graph(SQUARE, BRACED[:-1]), SQUARE, {})[0])
     assert any("leaders" in one for one in Bearing.check(graph(SQUARE, BRACED), SQUARE, {"anchored": True})[0])
+    one_leads = Graph((2, 3, 4), tuple((j, i, 1.0) for j, i, *_ in BRACED if i != 1), (1,))
+    assert any("leaders" in one for one in Bearing.check(one_leads, SQUARE, {})[0])  # it would keep no scale
 
 
 def test_shifted_world_gives_the_same_commands():

@@ -9,9 +9,10 @@ from flockwire_laws.affine import AtRest
 from flockwire_laws.aggregative import Aggregative
 from flockwire_laws.barrier import Barrier
 from flockwire_laws.barrier_first_order import FirstOrder
-from flockwire_laws.bearing import Bearing, Manoeuvre
+from flockwire_laws.bearing import Bearing
 from flockwire_laws.consensus import Consensus
 from flockwire_laws.event_triggered import EventTriggered, StateTriggered
+from flockwire_laws.manoeuvre import Manoeuvre
 from flockwire_laws.rigid import Rigid
 from flockwire_laws.second_order import Relative
 from flockwire_laws.spectrum import NO_TREE
