@@ -77,7 +77,7 @@ def test_a_fault_that_no_drone_can_have_says_so(make_plan: Callable[..., Plan]) 
     wear = {"at": 1.0, "kind": "wear", "drone": 1, "mass": 1.1}
     with pytest.raises(InputError) as refused:
         parse_faults({"faults": [wear]}, make_plan(), "wrong.toml")
-    assert str(refused.value).endswith(f"by its airframe or part; {NOBODY}")
+    assert str(refused.value).endswith(f"by its airframe, part or law; {NOBODY}")
 
 
 def test_the_file_of_the_page_has_every_kind(tables: list[dict[str, Any]]) -> None:

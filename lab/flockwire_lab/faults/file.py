@@ -92,7 +92,7 @@ def _of_one(key: str, fault: Fault, plan: Plan) -> Iterator[str]:
             yield f"{key}.{name} = {process!r}: there is no such process; must be one of {choice}"
     for name, number in fault.named_drones().items():
         if number not in known:
-            spared = f"{fault.kind} cannot happen to it, by its airframe or part"
+            spared = f"{fault.kind} cannot happen to it, by its airframe, part or law"
             rule = spared if number in plan.pilot else "there is no such drone"
             must = f"must be one of {list(known)}" if known else NOBODY
             yield f"{key}.{name} = {number}: {rule}; {must}"

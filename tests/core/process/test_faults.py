@@ -61,7 +61,7 @@ def test_every_kind_is_read(make_plan: Callable[..., Plan]) -> None:
         ({"at": 1.0, "kind": "tracker", "drone": 7, "duration": 1.0}, "faults.0.drone = 7: there is no such drone"),
         (
             {"at": 1.0, "kind": "false_age", "drone": 0, "age": 1.0, "duration": 1.0},
-            "faults.0.drone = 0: false_age cannot happen to it, by its airframe or part; must be one of [1, 2, 3, 4]",
+            "0.drone = 0: false_age cannot happen to it, by its airframe, part or law; must be one of [1, 2, 3, 4]",
         ),
         (
             {"at": 1.0, "kind": "cut", "from": "uav2", "to": "uav1", "duration": 1.0},
