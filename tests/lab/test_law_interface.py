@@ -252,6 +252,8 @@ Wide = NamedTuple("Wide", [(f"f{k}", Row.__annotations__ and tuple[(float,) * 10
         (Open, "has no fixed size"),
         (dict, "must be a NamedTuple"),
         (Wide, "takes 8800 bytes, at most 8192"),
+        (NamedTuple("Twice", [("row", float), ("Row", float)]), "its fields must differ in lower case"),
+        (NamedTuple("Valid", [("valid_at", float)]), "none be 'valid_at'"),
     ],
 )
 def test_a_type_without_a_fixed_size_is_no_message(kind: type, line: str) -> None:

@@ -15,6 +15,7 @@ from flockwire_core.wire.cdr import MessageError, Reader, Writer
 
 UNDECLARED: Final = "the law returned a message, but its information declares none"
 LARGEST: Final = 8192  # bytes of one message
+VALID_AT: Final = "valid_at"  # the field that a trace adds to those of a message
 FIXED: Final = "must be float, int or a fixed tuple of them, as tuple[float, float, float]"
 
 
@@ -30,6 +31,8 @@ class LawForm:
             raise FormError(f"message {getattr(kind, '__name__', kind)!r} must be a NamedTuple")
         self._kind, hints = kind, get_type_hints(kind)
         self._fields = {name: hints[name] for name in cast("Any", kind)._fields}
+        if len({VALID_AT, *map(str.lower, self._fields)}) <= len(self._fields):
+            raise FormError(f"message {kind.__name__}: its fields must differ in lower case, and none be {VALID_AT!r}")
         codes = {name: "".join(_codes(one, f"{kind.__name__}.{name}")) for name, one in self._fields.items()}
         self._struct = Struct("<" + "".join(codes.values()))
         self.size = self._struct.size  # bytes

@@ -9,6 +9,7 @@ from flockwire_core.domain.body import Nearby
 from flockwire_core.domain.motion import Estimate
 from flockwire_core.domain.pose import Pose
 from flockwire_core.wire.codec import CODECS, Message
+from flockwire_core.wire.law_form import VALID_AT
 
 ROS_TYPES: dict[type[Message], str] = {
     **{kind: f"flockwire_msgs/msg/{kind.__name__}" for kind in CODECS},
@@ -45,7 +46,7 @@ DEFINITIONS = {
     "flockwire_msgs/msg/LawMessage": (
         "std_msgs/Header header\nuint64 epoch\nuint64 sequence\nflockwire_msgs/LawContent[] contents"
     ),
-    LAW_CONTENT: "uint64 valid_at",  # and the fields of the law's message
+    LAW_CONTENT: f"uint64 {VALID_AT}",  # and the fields of the law's message
     "flockwire_msgs/msg/SeenDrone": (
         "int32 number\nfloat64 age\nfloat64[] bearing\nfloat64[] distance\nfloat64[] position\nfloat64[] velocity"
     ),
