@@ -119,7 +119,7 @@ class Collector:
         return self._newest
 
     def _take_status(self, publisher: _Publisher, channel: Hashable, message: Status) -> None:
-        publisher.last = message
+        before, publisher.last = publisher.last, message
         publisher.cpu += message.cpu
         publisher.links.update(message.links)
         if (history := self._histories.get(message.identity)) is not None:
@@ -128,22 +128,25 @@ class Collector:
         about = (report.phase, report.detail, report.code, report.reasons, report.place, report.mission)
         if about != self._about.get(message.identity):  # a status repeats them ten times a second
             self._about[message.identity] = about
-            self._take_change(message)
+            self._take_change(message, before)
 
-    def _take_change(self, message: Status) -> None:
+    def _take_change(self, message: Status, before: Status | None) -> None:
         """Take what is new in a status."""
         if (obeyed := message.report.mission) is not None:
             self._obeyed.add(obeyed.version)
             if (number := self._bidders.get(message.identity)) is not None:
-                self._take_held(number, Held(message.stamp, obeyed.version, message.report.place))
+                has_had = before is not None and before.report.place is not None
+                self._take_held(number, Held(message.stamp, obeyed.version, message.report.place), has_had)
         for reason in message.report.reasons:
             if (found := self._reasons.get(reason.code)) is not None:
                 found[f"{message.identity}: {reason.text}"] = None
         append_change(self._shown.setdefault(message.identity, []), shown(message))
 
-    def _take_held(self, number: int, held: Held) -> None:
+    def _take_held(self, number: int, held: Held, may_lose: bool) -> None:
+        """Take a place that is new; a process that was just started has none to lose."""
         history = self._held.setdefault(number, [])
-        if not history or history[-1][1:] != held[1:]:
+        another = bool(history) and held.place != history[-1].place and (held.place is not None or may_lose)
+        if another or not history or history[-1].order != held.order:
             history.append(held)
 
     def trace(self, path: Path, closed: bool = True, lost_bytes: int = 0) -> Trace:

@@ -125,7 +125,7 @@ def messages(
             case Message() if record.channel_id in topics:
                 topic, number = topics[record.channel_id], record.sequence >> COUNT_BITS
                 key, message = keys.get(topic), None
-                if key is None and topic.endswith(RETIRED):
+                if key is None and plan.swarm.auctioned and topic.endswith(RETIRED):
                     continue
                 if key is not None:
                     with contextlib.suppress(MessageError):

@@ -166,6 +166,22 @@ def test_who_restarts_in_flight_finds_its_place_and_nobody_else_moves(restarted:
     assert flown.outcome.failure == ""
 
 
+@pytest.mark.long
+def test_who_restarts_and_hears_nobody_is_judged_by_the_place_that_it_held(make_swarm: Callable[..., Any]) -> None:
+    swarm = make_swarm(AUCTION)
+    cuts = [{"at": 6.0, "kind": "cut", "from": one, "to": "uav2", "duration": 8.0} for one in ("uav1", "uav3")]
+    faults = [*cuts, {"at": 6.2, "kind": "restart", "process": "uav2"}]
+    trace = TraceInMemory(swarm, 0)
+    World(swarm, 0, 14.0, parse_faults({"faults": faults}, Plan(swarm), "test"), trace.take).run()
+    found = trace.trace()
+    start = next(order for order in found.missions if order.verb == "start")
+    held = [one.place for one in found.held[2] if one.order == start.version]
+    assert held[-1] is not None
+    assert [a for a, b in pairwise(held) if a == b] == []
+    assert any("holds no place yet" in shown.why for shown in found.shown["uav2"][-20:])
+    assert [check.name for check in summarise(found).checks if check.name == "formation tail" and not check.ok]
+
+
 def test_the_place_of_a_drone_that_falls_stays_taken_until_the_next_order(fly: Callable[..., Any]) -> None:
     flown = fly(AUCTION, {"at": 6.0, "kind": "failure", "drone": 3}, duration=8.0)
     final = {i: held[-1] for i, held in places(flown, 0.0, 6.0).items()}
