@@ -68,8 +68,9 @@ def example(name: str) -> Any:
     return load_swarm(EXAMPLES / f"{name}.toml")
 
 
-def test_rounds_wait_for_a_silent_neighbour_and_end_at_the_same_minimum() -> None:
-    cut, whole = Flown(example("aggregative"), CUT), Flown(example("aggregative"))
+@pytest.mark.parametrize("fault", [CUT, LONG(FREEZE)])
+def test_rounds_wait_for_a_silent_neighbour_and_end_at_the_same_minimum(fault: dict[str, Any]) -> None:
+    cut, whole = Flown(example("aggregative"), fault), Flown(example("aggregative"))
     assert cut.has_said("uav1", "nothing from uav2")
     assert not cut.has_said("uav4", "nothing from")
     assert cut.centre(13.0) == pytest.approx(whole.centre(13.0), abs=1e-3)
@@ -92,10 +93,10 @@ def test_events_that_are_missed_move_the_average_by_little(fault: dict[str, Any]
     assert np.linalg.norm(flown.points(13.0) - places - after, axis=1).max() < 0.06  # the bound of the theorem
 
 
-@pytest.mark.parametrize("name", [LONG("rigid"), "event_triggered"])
+@pytest.mark.parametrize("name", [LONG("rigid"), LONG("aggregative"), "event_triggered"])
 def test_all_land_when_a_neighbour_is_dead(name: str) -> None:
     flown = Flown(example(name), KILL)
-    if name == "event_triggered":  # by sight it is still there
+    if name != "rigid":  # by sight it is still there
         assert flown.has_said("uav1", "nothing from uav2")
 
 
