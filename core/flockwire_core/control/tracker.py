@@ -81,13 +81,11 @@ class AccelerationTracker:
             return
         q = exp(-dt / self._time_constant)
         alpha, beta, gamma = 1.0 - q**3, 1.5 * (1.0 - q) ** 2 * (1.0 + q) / dt, (1.0 - q) ** 3 / (dt * dt)
-        self.position, self.velocity, self.acceleration = zip(
-            *(
-                _corrected(z, x, v, a, dt, alpha, beta, gamma)
-                for z, x, v, a in zip(position, self.position, self.velocity, self.acceleration, strict=True)
-            ),
-            strict=True,
-        )
+        p, v, a = self.position, self.velocity, self.acceleration
+        x = _corrected(position[0], p[0], v[0], a[0], dt, alpha, beta, gamma)
+        y = _corrected(position[1], p[1], v[1], a[1], dt, alpha, beta, gamma)
+        z = _corrected(position[2], p[2], v[2], a[2], dt, alpha, beta, gamma)
+        self.position, self.velocity, self.acceleration = (x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2])
 
 
 def _corrected(
