@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import dist, inf
-from typing import Any, Final
+from typing import Any
 
 from flockwire_core.control.auction import LEAST, NOBODY, Auction, Bid, bids_of, highest_price
 from flockwire_core.control.formation import Formation
@@ -18,7 +18,7 @@ from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.domain.vector import ZERO, Vector, subtract
 from flockwire_core.law import Pace
 from flockwire_core.parameters import pilot_parameters
-from flockwire_core.pilot.law_messages import HEARTBEAT, Hearing, LawSender
+from flockwire_core.pilot.law_messages import HEARTBEAT, LawSender, Speaker
 from flockwire_core.pilot.pilot import Pilot
 from flockwire_core.pilot.place import Place as WaitingPlace
 from flockwire_core.swarm.model import Swarm, uav
@@ -32,7 +32,6 @@ from flockwire_agent.ordered_place import OrderedPlace
 
 BIDDING = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION})  # who lands, or stands, keeps what it holds
 REPEAT = HEARTBEAT  # ns between two repetitions of the same bids, which may be lost: they are the sign of life, too
-SILENCE: Final = 1.0  # s; who is silent is judged by its estimates
 NO_BID = Bid(0.0, NOBODY)
 LISTENING = SECOND  # ns for which a process that is younger than the order waits for its own old bids
 
@@ -177,11 +176,10 @@ class AuctionedPlace(OrderedPlace):
         self._auction = PlaceAuction(swarm, number, self.formations, born)
         self._waiting, self._key = WaitingPlace(pilot_parameters(swarm, number)), Key("law", uav(number))
         self._ordered_ranks = self._known
-        weights = {j: weight for j, weight in swarm.topology.neighbours(number).items() if j not in swarm.leaders}
-        self._form = LawForm(bids_of(len(swarm.followers)))
-        self._hearing = Hearing(weights, (), self._form, Pace.STEP, SILENCE)
-        self._sender = LawSender(self._form, Pace.STEP, swarm.frame, born)
-        self.handlers = {Key("law", uav(j)): self._hearing.take(j) for j in weights}
+        self._form = form = LawForm(bids_of(len(swarm.followers)))
+        self._sender, weights = LawSender(form, Pace.STEP, swarm.frame, born), swarm.topology.neighbours(number)
+        self._speakers = [Speaker(j, weight, False, form) for j, weight in weights.items() if j not in swarm.leaders]
+        self.handlers = {Key("law", uav(one.number)): one.take for one in self._speakers}
 
     def order(self, mission: Mission, now: int) -> None:
         """Begin an auction, if the order is into such a formation."""
@@ -209,13 +207,14 @@ class AuctionedPlace(OrderedPlace):
 
     def messages(self, phase: Phase, pilot: Pilot, leader: LeaderMotion | None, now: int) -> list[tuple[Key, Message]]:
         """Return its bids, if any are due, by those that arrived; or a sign of life."""
-        self._hearing.update(now)
-        for heard in self._hearing.news:
-            self._auction.take(heard.content)
+        for speaker in self._speakers:
+            for heard in speaker.news:
+                self._auction.take(heard.content)
+            speaker.news = []
         bids = self._auction.step(phase, pilot.motion, leader, now)
         sent = self._sender.send(self._form.pack(bids) if bids is not None else None, now)
         return [(self._key, sent)] if sent is not None else []
 
     def reported(self, report: Report) -> Report:
         """Return `report` with the place that it holds."""
-        return self._auction.reported(report, sum([one.rejected for one in self._hearing.speakers.values()]))
+        return self._auction.reported(report, sum([one.rejected for one in self._speakers]))

@@ -55,7 +55,7 @@ class Speaker:
         self.newest: Heard | None = None
         self.news: list[Heard] = []
         self.lost = self.rejected = 0  # messages missed for good; messages of another form
-        self._number, self._weight, self._leads, self._form = number, weight, leads, form
+        self.number, self._weight, self._leads, self._form = number, weight, leads, form
         self._epoch = self._sequence = 0
 
     def take(self, message: LawMessage) -> None:
@@ -74,7 +74,7 @@ class Speaker:
                 continue
             self.lost += number - self._sequence - 1 if self._sequence else 0
             self._sequence = number
-            self.newest = Heard(self._number, self._weight, self._leads, stamp, number, content)
+            self.newest = Heard(self.number, self._weight, self._leads, stamp, number, content)
             if len(self.news) < MOST_NEWS:
                 self.news.append(self.newest)
             else:
