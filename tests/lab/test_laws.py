@@ -30,7 +30,7 @@ def table_of(name: str, lag: float = 0.0, law: str = "", **parameters: object) -
     if law:
         table["control"] |= {"law": law, "parameters": parameters}
         table |= {"leader": AT_REST} if table.get("leaders", [0]) else {}
-    if "bearing" in law:  # stresses are no weights of it
+    if "bearing" in law or "manoeuvre" in law:  # stresses are no weights of these
         table["graph"] = {"edges": [edge[:2] for edge in table["graph"]["edges"]]}
     return table
 
