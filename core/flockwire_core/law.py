@@ -299,9 +299,12 @@ def check_decision(decision: object) -> Vector:
     except ValueError as error:
         raise ValueError(f"command {error}") from None
     if isinstance(message, LeaderMotion):
-        _check_vector(message.position, message)
-        _check_vector(message.velocity, message)
-        _check_vector(message.acceleration, message)
+        x, v, a = message.position, message.velocity, message.acceleration
+        if not (isinstance(x, tuple) and isinstance(v, tuple) and isinstance(a, tuple)):
+            raise TypeError(f"a vector of a LeaderMotion must be a tuple of three floats: {message}")
+        three(x)
+        three(v)
+        three(a)
     if not isinstance(decision.stamp, int) or not 0 <= decision.stamp < END_OF_TIME:
         raise ValueError(f"the stamp must be an int, in ns: {decision}")
     if decision.error is not None and not is_number(decision.error):
@@ -309,12 +312,6 @@ def check_decision(decision: object) -> Vector:
     if decision.signals is not None:
         _check_signals(decision.signals)
     return command
-
-
-def _check_vector(vector: object, message: LeaderMotion) -> None:
-    if not isinstance(vector, tuple):
-        raise TypeError(f"a vector of a LeaderMotion must be a tuple of three floats: {message}")
-    three(vector)
 
 
 def _check_signals(signals: Mapping[Any, Any]) -> None:
