@@ -106,11 +106,9 @@ class PlaceAuction:
         drone's `motion` and its `leader` estimate, and that may bid: the first estimate of a young process is a guess.
         Until then it passes bids on.
         """
-        order, here, listens = self._order, None, now < self._silent_until
+        order, here, listens = self._order, _from_leader(motion, leader), now < self._silent_until
         if order is None:
             return None
-        if motion is not None and leader is not None:
-            here = subtract(motion.position, leader.position)
         auction = self._current(order, here, listens, now)
         if phase in BIDDING and not (listens or self._guessed):
             auction.bid()
@@ -163,6 +161,13 @@ class PlaceAuction:
             min(self._most_cost, way * way) if drone not in order.without else inf  # way ** 2 may raise OverflowError
             for way, drone in zip(ways, self._followers, strict=True)
         ]
+
+
+def _from_leader(motion: Motion | None, leader: LeaderMotion | None) -> Vector | None:
+    """Return where a drone is, relative to the leader, m; None unless both are known."""
+    if motion is None or leader is None:
+        return None
+    return subtract(motion.position, leader.position)
 
 
 NOBODYS: Mapping[int, int] = {}  # nobody knows the others' places by an auction

@@ -114,10 +114,7 @@ def _contradictions(declared: Information, swarm: Swarm) -> Iterator[str]:
     bodiless = {i for i in swarm.leaders if not swarm.leading[i].has_body}
     if declared.neighbours and bodiless.intersection(source for source, *_ in swarm.graph.edges):
         yield "it sees its neighbours, but leader.kind = 'virtual' has no body to be seen: give the leader one"
-    if declared.radius > 0.0 and not declared.around:
-        yield "its information has a radius, but nothing around is declared within it: add around, or drop the radius"
-    if declared.pace is not Pace.STEP and declared.message is None:
-        yield f"its information has pace = {declared.pace.name}, but no message that goes at it: declare its type"
+    yield from _idle(declared)
     if declared.around and declared.radius > 0.0 and sensing != "nearby":
         yield "it sees whoever is around, but avoidance.sensing = 'neighbours' has no sensor for that: use 'nearby'"
     if sensing == "neighbours" and not _knows_positions(declared):
@@ -126,6 +123,14 @@ def _contradictions(declared: Information, swarm: Swarm) -> Iterator[str]:
         yield from _asymmetries(swarm)
     if swarm.auctioned and declared.message is not LeaderMotion:
         yield "places by an auction need a law that relays the leader (information = RELAYING): name the places"
+
+
+def _idle(declared: Information) -> Iterator[str]:
+    """Yield what it declares without what that is of."""
+    if declared.radius > 0.0 and not declared.around:
+        yield "its information has a radius, but nothing around is declared within it: add around, or drop the radius"
+    if declared.pace is not Pace.STEP and declared.message is None:
+        yield f"its information has pace = {declared.pace.name}, but no message that goes at it: declare its type"
 
 
 def _asymmetries(swarm: Swarm) -> Iterator[str]:
