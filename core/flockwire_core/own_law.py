@@ -221,10 +221,12 @@ def law_check(swarm: Swarm) -> Checked:
 
 def _has_heights(swarm: Swarm, places: Iterable[Vector]) -> bool:
     """Return whether the pilot holds the height of a swarm whose `places` differ in it, or whose leaders climb."""
+    if keeps_height(information_of(swarm)):
+        return False
     courses = [leader.course() for leader in swarm.leading.values()]
     heights = [{height for _, _, height in places}]
     heights += [{course.position(float(t))[2] for t in range(60)} for course in courses]
-    return not keeps_height(information_of(swarm)) and any(max(some) - min(some) > 0.01 for some in heights)  # m
+    return any(max(some) - min(some) > 0.01 for some in heights)  # m
 
 
 def step_time(swarm: Swarm, read: Callable[[], int]) -> float:
