@@ -87,8 +87,7 @@ class World:
         self._stopwatches: dict[str, Stopwatch] = {}  # of real time, for users' laws
         self.processes = self._processes()
         self._connect()
-        again = frozenset(identity for identity, row in self.plan.rows.items() if row.restarts)
-        self._faulty = FaultInjector(faults, self.scheduler, self.processes, self.links, self._operators, again)
+        self._faulty = FaultInjector(faults, self.plan, self.scheduler, self.processes, self.links)
         for identity, process in self.processes.items():
             recorder = identity in self.plan.recorders
             begin = 0.0 if recorder else self._chance(f"begin {identity}").random() * started_within

@@ -10,7 +10,7 @@ from flockwire_core.domain.time import nanoseconds
 from flockwire_core.wire.plan import Plan
 
 from flockwire_lab.faults.file import parse_faults
-from flockwire_lab.faults.kinds import ClockStep, Cut, Fault, Freeze, Kill, LinkChange, Partition, Restart
+from flockwire_lab.faults.kinds import ClockStep, Fault, Freeze, Kill, LinkChange, Restart, directions
 from flockwire_lab.network import Conditions, VirtualLink
 from flockwire_lab.process import VirtualProcess
 from flockwire_lab.virtual_time import Action, Scheduler
@@ -30,24 +30,24 @@ def possible_faults(table: dict[str, Any], plan: Plan, origin: str, *file: type[
 
 
 class FaultInjector:
-    """The `faults` of one flight, counted from `begin`.
-
-    No partition affects the processes `untouched`; those in `restarted` are restarted when they die, as in a real
-    flight.
-    """
+    """The `faults` of one flight of `plan`, counted from `begin`; who dies is restarted as in a real flight."""
 
     def __init__(
         self,
         faults: tuple[Fault, ...],
+        plan: Plan,
         scheduler: Scheduler,
         processes: Mapping[str, VirtualProcess],
         links: Mapping[tuple[str, str], VirtualLink],
-        untouched: frozenset[str],
-        restarted: frozenset[str] = frozenset(),
     ) -> None:
         self.took_off: int | None = None  # Unix ns
-        self._faults, self._scheduler, self._processes, self._links = faults, scheduler, processes, links
-        self._untouched, self._restarted = untouched, restarted
+        self._faults, self._plan, self._scheduler, self._processes, self._links = (
+            faults,
+            plan,
+            scheduler,
+            processes,
+            links,
+        )
 
     def begin(self) -> None:
         """Set time 0 to the current time."""
@@ -57,7 +57,7 @@ class FaultInjector:
 
     def _inject(self, fault: Fault) -> None:
         match fault:
-            case Kill() if fault.process not in self._restarted:
+            case Kill() if not self._plan.rows[fault.process].restarts:
                 self._processes[fault.process].kill()
             case Kill() | Restart():
                 process = self._processes[fault.process]
@@ -68,27 +68,22 @@ class FaultInjector:
                 self._after(fault.duration, self._thaw, fault)
             case ClockStep():
                 self._processes[fault.process].clock.step(nanoseconds(fault.step))
-            case Cut():
-                self._disturb([self._links[fault.source, fault.target]], None, fault.duration)
-            case Partition():
-                inside = set(fault.processes)
-                parted = [link for ends, link in self._links.items() if self._parts(ends, inside)]
-                self._disturb(parted, None, fault.duration)
-            case LinkChange():
-                conditions = Conditions(fault.delay, fault.jitter, fault.loss, fault.reordering)
-                self._disturb([self._links[fault.source, fault.target]], conditions, fault.duration)
+            case _:
+                self._disturb(fault)
 
     def _thaw(self, fault: Freeze) -> None:
         if not fault.outlasted(self._faults):
             self._processes[fault.process].thaw()
 
-    def _disturb(self, links: list[VirtualLink], by: Conditions | None, duration: float) -> None:
-        for link in links:
-            link.disturb(by)
-            self._after(duration, link.restore, by)
+    def _disturb(self, fault: Fault) -> None:
+        """Change the links of `fault`, if it has any, for its duration."""
+        by: Conditions | None = None
+        if isinstance(fault, LinkChange):
+            by = Conditions(fault.delay, fault.jitter, fault.loss, fault.reordering)
+        for ends in directions(fault, self._plan):
+            if (link := self._links.get(ends)) is not None:  # between partners messages may go one way alone
+                link.disturb(by)
+                self._after(fault.lasts, link.restore, by)
 
     def _after(self, seconds: float, action: Action, argument: object = None) -> None:
         self._scheduler.at(self._scheduler.now + nanoseconds(seconds), action, argument)
-
-    def _parts(self, ends: tuple[str, str], inside: set[str]) -> bool:
-        return len(inside.intersection(ends)) == 1 and not self._untouched.intersection(ends)

@@ -173,6 +173,21 @@ class Partition(FaultKind):
     duration: Positive
 
 
+LinkFault = Cut | LinkChange | Partition
+
+
+def directions(fault: FaultKind, plan: Plan) -> Iterator[tuple[str, str]]:
+    """Yield the directed links (from, to) that `fault` changes; recorder and operators always receive everything."""
+    if isinstance(fault, Cut | LinkChange):
+        yield fault.source, fault.target
+    elif isinstance(fault, Partition):
+        inside, known = set(fault.processes), targets(plan)
+        for source in known:
+            for target in plan.partners[source]:
+                if (source in inside) != (target in inside) and target in known:
+                    yield source, target
+
+
 class _DroneFault(FaultKind):
     drone: int
 

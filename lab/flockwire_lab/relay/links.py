@@ -8,13 +8,11 @@ from typing import Self
 from flockwire_core.runtime.job import detour_environment
 from flockwire_core.wire.plan import Plan
 
-from flockwire_lab.faults.kinds import Cut, Fault, LinkChange, Partition
-from flockwire_lab.faults.targets import targets
+from flockwire_lab.faults.kinds import Fault, LinkChange, LinkFault, directions
 from flockwire_lab.network import Conditions
 from flockwire_lab.relay.direction import Direction
 from flockwire_lab.relay.relay import Relay
 
-LinkFault = Cut | LinkChange | Partition
 Undo = Callable[[], None]
 
 
@@ -41,19 +39,6 @@ def refusals(key: str, fault: LinkFault, plan: Plan, host: str) -> Iterator[str]
                 "in a real flight"
             )
             return
-
-
-def directions(fault: Fault, plan: Plan) -> Iterator[tuple[str, str]]:
-    """Yield the directed links (from, to) that `fault` changes; recorder and operators always receive everything."""
-    match fault:
-        case Cut() | LinkChange():
-            yield fault.source, fault.target
-        case Partition():
-            inside, known = set(fault.processes), targets(plan)
-            for source in plan.identities:
-                for target in plan.links[source]:
-                    if (source in inside) != (target in inside) and {source, target}.issubset(known):
-                        yield source, target
 
 
 class Relays:

@@ -10,10 +10,10 @@ from functools import partial
 from flockwire_core.domain.time import SECOND
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.plan import Plan
-from flockwire_lab.faults.kinds import Cut, Fault, Freeze, Kill, LinkChange, Partition, Restart
+from flockwire_lab.faults.kinds import Cut, Fault, Freeze, Kill, LinkChange, LinkFault, Partition, Restart
 from flockwire_lab.faults.targets import AIRFRAMES, FOLLOWERS
 from flockwire_lab.relay import links
-from flockwire_lab.relay.links import LinkFault, Relays
+from flockwire_lab.relay.links import Relays
 
 from flockwire_operator.station.host import Host
 from flockwire_operator.station.processes import Children

@@ -6,7 +6,8 @@ from types import SimpleNamespace
 import pytest
 from flockwire_core.runtime.job import read_detours
 from flockwire_lab.faults.file import parse_faults
-from flockwire_lab.relay.links import Relays, directions
+from flockwire_lab.faults.kinds import directions
+from flockwire_lab.relay.links import Relays
 from flockwire_operator.station.fault_injection import FaultInjector, unable
 from flockwire_operator.station.host import Host
 
