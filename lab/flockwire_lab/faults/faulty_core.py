@@ -10,7 +10,7 @@ from flockwire_core.domain.airframe import Command
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
-from flockwire_core.process.cores import Address, Core, Datagram, Framed, Networked
+from flockwire_core.process.cores import Core, Framed
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key
@@ -43,7 +43,9 @@ class FaultyCore:
             for kind in fault.edits:
                 for drone in {*fault.named_drones().values()}:
                     self._edits.setdefault(Key(kind, uav(drone)), []).append(fault)
-        self.triggers, self.prompt, self.period = core.triggers, core.prompt, core.period
+        for name in ("sockets", "datagram", "outgoing", "due"):  # it is Networked or Framed if the core is
+            if hasattr(core, name):
+                setattr(self, name, getattr(core, name))
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Receive a message, edited."""
@@ -65,20 +67,6 @@ class FaultyCore:
             self._took_off = now
         edited = ((key, self._edited(key, message, now)) for key, message in messages)
         return [(key, message) for key, message in edited if message is not None]
-
-    @property
-    def sockets(self) -> tuple[Address, ...]:
-        """The addresses that the core binds."""
-        return self._core.sockets if isinstance(self._core, Networked) else ()
-
-    def datagram(self, data: bytes, sender: Address, at: Address, now: int) -> None:
-        """Receive a datagram."""
-        if isinstance(self._core, Networked):
-            self._core.datagram(data, sender, at, now)
-
-    def outgoing(self, now: int) -> list[Datagram]:
-        """Return the core's datagrams."""
-        return self._core.outgoing(now) if isinstance(self._core, Networked) else []
 
     def __getattr__(self, name: str) -> Any:  # noqa: ANN401  (whatever the core has)
         return getattr(self._core, name)
@@ -117,19 +105,8 @@ class FaultyCore:
             self._stand_in.conditions = reduce(lambda c, one: one[0].change(c, one[1]), active, self._usual)
 
 
-class FaultyFramedCore(FaultyCore):
-    """A wrapped core whose triggers are parts of a frame."""
-
-    def due(self, key: Key) -> bool:
-        """Return whether the last message completed a frame."""
-        return cast("Framed", self._core).due(key)
-
-
 def faulty(core: Core, faults: Sequence[Fault], plan: Plan, identity: str, took_off: int | None) -> Core:
     """Return the core of `identity` as those of `faults` that it is subject to make it."""
     row, drone = plan.rows[identity], plan.members[identity].drone
     own = [one for one in faults if row in one.cores and (drone is None or drone in one.named_drones().values())]
-    if not own:
-        return core
-    wrapper = FaultyFramedCore if isinstance(core, Framed) else FaultyCore
-    return cast("Core", wrapper(core, own, plan, took_off))
+    return cast("Core", FaultyCore(core, own, plan, took_off)) if own else core
