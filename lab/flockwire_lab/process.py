@@ -12,11 +12,11 @@ from flockwire_core.domain.record import Record
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.cores import Core, Datagram, Networked
 from flockwire_core.process.stepping import Resources, StatusPublisher, Stepper, prompt_keys, tick_period
-from flockwire_core.process.timekeeping import Timekeeping, is_known
-from flockwire_core.swarm.model import Swarm
+from flockwire_core.process.timekeeping import is_known, patience, timekeeping
 from flockwire_core.wire.codec import CODECS, Message
 from flockwire_core.wire.inbox import inbox_of, publisher_of
-from flockwire_core.wire.keys import ROWS, Key, KeyRow, key_text
+from flockwire_core.wire.keys import ROWS, Key, KeyRow
+from flockwire_core.wire.plan import Plan
 
 from flockwire_lab.network import DatagramNetwork, Parcel, Sample, Slot, VirtualLink
 from flockwire_lab.rare import RareBranches
@@ -45,17 +45,16 @@ class Published(Record):
 
 
 Tap = Callable[[Published], None]
-MakeTimekeeping = Callable[[Callable[[int], None]], Timekeeping]  # takes the object that corrects the own clock
 MakeCore = Callable[[int, int], Core]  # takes the own clock's time (Unix ns) and the number of earlier starts
 
 
 class Outlet:
     """One published key, with the links and indices of all its subscribers."""
 
-    def __init__(self, swarm: Swarm, key: Key) -> None:
+    def __init__(self, plan: Plan, key: Key) -> None:
         self.row: KeyRow = ROWS[key.kind]
         self.encode = CODECS[self.row.message].encode
-        self.topic = f"/{key_text(swarm.name, key)}"
+        self.topic = f"/{plan.text(key)}"
         self.sequence, self.publisher = 0, b""
         self.readers: list[tuple[VirtualLink, int]] = []
 
@@ -64,43 +63,31 @@ NO_RESOURCES: Final = Resources(0.0, 0, 0, ())  # in virtual time: constants, so
 
 
 class VirtualProcess:
-    """The process of `identity`; it subscribes to the keys `subscribed`, in their order, and publishes `outlets`.
-
-    Its timer is sometimes late, by `rare`.
-    """
+    """The process `identity` of `plan`, which publishes `outlets`; its timer is sometimes late, by `rare`."""
 
     def __init__(
         self,
-        swarm: Swarm,
+        plan: Plan,
         identity: str,
         make_core: MakeCore,
-        make_timekeeping: MakeTimekeeping,
-        subscribed: tuple[Key, ...],
         clock: LocalClock,
         scheduler: Scheduler,
+        network: DatagramNetwork,
         seed: int,
         tap: Tap | None,
-        reports: bool,
-        network: DatagramNetwork,
-        patience: float,
         rare: RareBranches | None = None,
     ) -> None:
-        self.identity, self.subscribed, self.clock = identity, subscribed, clock
+        self.identity, self.clock, self.alive = identity, clock, False
         self.outlets: dict[Key, Outlet] = {}
-        self.alive = False
-        self._swarm, self._make_core, self._scheduler, self._seed, self._tap = swarm, make_core, scheduler, seed, tap
-        self._make_timekeeping, self._rare = make_timekeeping, rare
-        self._starts, self._reports, self._network, self._patience = 0, reports, network, patience
-        self._networked: Networked | None = None
-        self._stepper: Stepper | None = None  # None until swarm time is known
+        self.subscribed = plan.subscribes[identity]
+        if identity in plan.recorders:  # the recorder tap receives everything else
+            self.subscribed = tuple(timekeeping(plan, identity, clock.correct).keys)
+        self._plan, self._make_core, self._scheduler, self._network = plan, make_core, scheduler, network
+        self._seed, self._tap, self._rare, self._starts = seed, tap, rare, 0
         self._unread: deque[Datagram] = deque(maxlen=UNREAD)
-        self._frozen = False
-        self._told = self._retired = False
-        self._slots: list[Slot] = []
         self._waiting: dict[int, Slot] = {}
         self._each: deque[tuple[Slot, Sample]] = deque(maxlen=UNREAD)  # keys of which every message is read
         self._loaded: list[VirtualLink] = []
-        self._now = 0
 
     def start(self, _: object = None) -> None:
         """Start, or restart after a `kill`, without state."""
@@ -111,28 +98,28 @@ class VirtualProcess:
         self._starts += 1
         self.alive, self._frozen, self._missed = True, False, 0
         self._told = self._retired = False
-        self._stepper, self._networked = None, None
+        self._networked: Networked | None = None
+        self._stepper: Stepper | None = None  # None until swarm time is known
         session = blake2b(f"{self._seed} {self.identity} {self._starts}".encode(), digest_size=16).digest()
         for key, outlet in self.outlets.items():
             outlet.sequence, outlet.publisher = 0, publisher_of(session, key)
-        self._timekeeping = self._make_timekeeping(self.clock.correct)
+        self._timekeeping = timekeeping(self._plan, self.identity, self.clock.correct)
         timing = self._timekeeping.keys
         self._slots = [Slot(inbox_of(key), key in timing, key in timing) for key in self.subscribed]
-        self._waiting = {}
         if is_known(self._timekeeping, now):
             self._begin()
         else:
             self._scheduler.at(self._scheduler.now, self._wait, self._starts)
 
     def _wait(self, starts: int, waited: int = 0) -> None:
-        """Request swarm time until it is known, for `patience` s at most."""
+        """Request swarm time until it is known, for the process's patience at most."""
         if not self.alive or starts != self._starts:
             return
         if self._told:
             self.kill()
             return
         now = self._now = self.clock.read(self._scheduler.now)
-        if is_known(self._timekeeping, now) or waited >= self._patience * SECOND:
+        if is_known(self._timekeeping, now) or waited >= patience(self._plan, self.identity) * SECOND:
             self._begin()
             return
         if not self._frozen:
@@ -144,16 +131,19 @@ class VirtualProcess:
         """Run the core from now on."""
         timekeeping = self._timekeeping
         core = self._core = self._make_core(self._now, self._starts - 1)
-        self._bind(core)
+        if isinstance(core, Networked) and core.sockets:
+            self._networked = core
+            for address in core.sockets:
+                self._network.bind(address, self._take_datagram)
         prompt = prompt_keys(core) | timekeeping.keys
         self._slots = [Slot(slot.inbox, slot.timing, slot.inbox.key in prompt) for slot in self._slots]
         status = StatusPublisher(
-            self._swarm.frame, self.identity, self._publish, lambda _: NO_RESOURCES, timekeeping, lambda _: None
+            self._plan.swarm.frame, self.identity, self._publish, lambda _: NO_RESOURCES, timekeeping, lambda _: None
         )
         buffered = [slot for slot in self._slots if not slot.prompt]
         self._stepper = Stepper(
-            core, self._swarm.name, buffered, self._slots, self._publish, timekeeping,
-            status if self._reports else None, None if self._networked is None else self._flush,
+            core, self._plan.swarm.name, buffered, self._slots, self._publish, timekeeping,
+            None if self.identity in self._plan.operators else status, None if self._networked is None else self._flush,
         )  # fmt: skip
         self._period = self.clock.true_length(round(tick_period(core) * SECOND))
         self._scheduler.at(self._scheduler.now + self._period, self._tick, self._starts)
@@ -201,12 +191,6 @@ class VirtualProcess:
                     self._waiting[place] = slot
                 else:
                     self._arrived(slot)
-
-    def _bind(self, core: Core) -> None:
-        self._networked = core if isinstance(core, Networked) and core.sockets else None
-        if self._networked is not None:
-            for address in self._networked.sockets:
-                self._network.bind(address, self._take_datagram)
 
     def _take_datagram(self, datagram: Datagram) -> None:
         """Receive a datagram; a frozen process reads it from its socket later."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import gc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import partial
 from itertools import chain, count
 from random import Random
 from typing import NamedTuple
@@ -18,9 +17,7 @@ from flockwire_core.ground.operator import OperatorCore
 from flockwire_core.ground.order import Order
 from flockwire_core.process.cores import Core, MakeLaw, Start, make_core
 from flockwire_core.process.stopwatch import Stopwatch
-from flockwire_core.process.timekeeping import patience, timekeeping
 from flockwire_core.swarm.model import Swarm
-from flockwire_core.wire.keys import Key
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import OPERATOR, TELEOP
 
@@ -78,7 +75,6 @@ class World:
         self.station().core.conduct(EPOCH, duration, Order("start", without=without))
         self.links: dict[tuple[str, str], VirtualLink] = {}
         self._seed, self._faults, self._tap, self._rare, self._law = seed, faults, tap, rare, law
-        self._operators = frozenset(self.plan.operators)
         self._limit = EPOCH + nanoseconds(duration + LONGEST)
         self._network = DatagramNetwork(swarm.sim, seed, self.scheduler)
         nobody = ScriptedSteering(swarm, lambda _: None)
@@ -140,20 +136,13 @@ class World:
     def _processes(self) -> dict[str, VirtualProcess]:
         return {
             identity: VirtualProcess(
-                self.swarm, identity, self._maker(identity), partial(timekeeping, self.plan, identity),
-                self._subscribed(identity), self._clock(identity), self.scheduler, self._seed, self._tap,
-                identity not in self._operators, self._network, patience(self.plan, identity),
-                self._branches(identity),
+                self.plan, identity, self._maker(identity), self._clock(identity), self.scheduler, self._network,
+                self._seed, self._tap, self._branches(identity),
             )
             for identity in self.plan.identities
             if identity not in self.plan.routers
             and (identity in self.plan.started or identity in self._seated)
         }  # fmt: skip
-
-    def _subscribed(self, identity: str) -> tuple[Key, ...]:
-        if identity in self.plan.recorders:  # the recorder tap receives everything
-            return tuple(timekeeping(self.plan, identity, lambda _: None).keys)
-        return self.plan.subscribes[identity]
 
     def _maker(self, identity: str) -> MakeCore:
         if identity in self._seated:
@@ -172,7 +161,7 @@ class World:
         # Processes of a host share its clock.
         owner = identity if len(self.swarm.hosts) == 1 else self.plan.hosts[identity]
         table, chance = self.swarm.sim, self._chance(f"clock {owner}")
-        if identity in self._operators:
+        if identity in self.plan.operators:
             return LocalClock(EPOCH)
         offset, drift = chance.uniform(-1.0, 1.0) * table.clock_offset, chance.uniform(-1.0, 1.0) * table.clock_drift
         return LocalClock(EPOCH, nanoseconds(offset), nanoseconds(drift))
@@ -185,7 +174,7 @@ class World:
             for publisher in publishers:
                 if publisher not in self.processes:
                     continue
-                outlet = self.processes[publisher].outlets[key] = Outlet(self.swarm, key)
+                outlet = self.processes[publisher].outlets[key] = Outlet(self.plan, key)
                 for subscriber in subscribers:
                     if subscriber != publisher and key in places.get(subscriber, ()):
                         ends = (publisher, subscriber)
@@ -193,8 +182,8 @@ class World:
                         outlet.readers.append((link, places[subscriber][key]))
 
     def _link(self, ends: tuple[str, str], usual: Conditions) -> VirtualLink:
-        judged = self._operators.intersection(ends)
-        conditions = Conditions(usual.delay) if judged else usual  # processes that judge the flight receive everything
+        judged = any(end in self.plan.operators for end in ends)  # who judges the flight receives everything
+        conditions = Conditions(usual.delay) if judged else usual
         deliver, branches = self.processes[ends[1]].deliver, self._branches(" > ".join(ends))
         self.links[ends] = VirtualLink(ends, conditions, self._seed, self.scheduler, deliver, branches)
         return self.links[ends]
