@@ -42,8 +42,7 @@ class Attack:
     """
 
     def __init__(self, plan: Plan, attacker: Attacker, authority: str, patience: int = 1) -> None:
-        self.received: set[str] = set()
-        self.answered: set[str] = set()
+        self._received: set[str] = set()  # by sample or by answer
         self._plan, self._attacker = plan, attacker
         self._keys = {plan.text(key): key for key in plan.keys}
         self._held: list[object] = []
@@ -70,12 +69,14 @@ class Attack:
     def link(self) -> int:
         """Wait until all expected endpoints have accepted a link, or for the time limit; returns their number."""
         deadline = clock.monotonic() + nanoseconds(self._link_time)
-        while (linked := self._linked()) < self._links_wanted and clock.monotonic() < deadline:
+        while True:
+            linked = sum(len(session.info.links()) for session in self._sessions)
+            if linked >= self._links_wanted or clock.monotonic() >= deadline:
+                return linked
             time.sleep(POLL)
-        return linked
 
     def subscribe(self) -> None:
-        """Subscribe to every key, exactly and by wildcards, by every verb; fills `received` and `answered`."""
+        """Subscribe to every key, exactly and by wildcards, by every verb."""
         query_timeout = 0.2  # s
         name = self._plan.swarm.name
         patterns = (*self._keys, "**", f"{name}/**", f"{name}/*/estimate", f"{name}/*/pose", "*/*/*")
@@ -109,19 +110,16 @@ class Attack:
 
     def keys_received(self) -> set[Key]:
         """Return the swarm's keys on which data of others arrived, by sample or by answer."""
-        return {self._keys[text] for text in self.received | self.answered if text in self._keys}
-
-    def _linked(self) -> int:
-        return sum(len(session.info.links()) for session in self._sessions)
+        return {self._keys[text] for text in self._received if text in self._keys}
 
     def _receive(self, sample: zenoh.Sample) -> None:
         """Record a sample, unless it is this attacker's own."""
         if not sample.payload.to_bytes().startswith(CANARY + self._attacker.identity.encode()):
-            self.received.add(str(sample.key_expr))
+            self._received.add(str(sample.key_expr))
 
     def _answer(self, reply: zenoh.Reply) -> None:
         if reply.ok is not None:
-            self.answered.add(str(reply.ok.key_expr))
+            self._received.add(str(reply.ok.key_expr))
 
 
 def _opened(configuration: zenoh.Config) -> zenoh.Session | None:

@@ -51,9 +51,7 @@ class Deviation(NamedTuple):
 
 def receivable(plan: Plan, identity: str) -> frozenset[Key]:
     """Return the keys that an attacker with the certificate of `identity` may receive."""
-    if identity not in _insiders(plan):
-        return frozenset()
-    return frozenset(plan.subscribes[identity])
+    return frozenset(plan.subscribes[identity] if identity in _insiders(plan) else ())
 
 
 def publishable(plan: Plan, identity: str) -> frozenset[tuple[Key, str]]:
@@ -78,15 +76,12 @@ def publishable(plan: Plan, identity: str) -> frozenset[tuple[Key, str]]:
 
 def deviations(plan: Plan, observation: AttackResult, alive: frozenset[str]) -> Iterator[Deviation]:
     """Yield every leak, and everything blocked among the processes that are `alive`."""
-    may_receive = receivable(plan, observation.identity)
-    may_publish = publishable(plan, observation.identity)
     if observation.identity in OUTSIDERS and observation.links:
         yield Deviation(observation.identity, observation.mode, "linked", "", "", leak=True)
-    received = sorted(observation.received ^ may_receive, key=lambda key: (key in may_receive, key))
-    published = sorted(observation.published ^ may_publish, key=lambda one: (one in may_publish, one))
-    found = [("received", key, "", key not in may_receive) for key in received]
-    found += [("published", key, receiver, (key, receiver) not in may_publish) for key, receiver in published]
-    for verb, key, receiver, leak in sorted(found, key=lambda one: not one[-1]):
+    seen = {(key, "") for key in observation.received} | observation.published
+    allowed = {(key, "") for key in receivable(plan, observation.identity)} | publishable(plan, observation.identity)
+    for key, receiver in sorted(seen ^ allowed, key=lambda one: (one in allowed, one[1] != "", one)):
+        verb, leak = "published" if receiver else "received", (key, receiver) in seen
         if leak or (receiver in alive if receiver else _arrives(plan, key, observation.identity, alive)):
             yield Deviation(observation.identity, observation.mode, verb, plan.text(key), receiver, leak)
 
