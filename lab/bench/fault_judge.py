@@ -83,7 +83,7 @@ class Judge:
         self.world = World(
             flight.swarm, flight.seed, DURATION, flight.parsed()[0], self.take, flight.without, stations, flight.rare
         )
-        self._recorder = Recorder(self.world.plan, self._begin, say)
+        self._recorder = Recorder(self.world.plan, say)
         self._injector = Injector(flight, self.world, self._recorder)
         failures = [fault for fault in flight.faults if fault["kind"] == "failure"]
         self._fails = {uav(fault["drone"]): fault["at"] for fault in reversed(failures)}
@@ -119,9 +119,6 @@ class Judge:
             judged.events,
             {name: round(margin.value, 4) for name, margin in judged.margins.items()},
         )  # fmt: skip
-
-    def _begin(self) -> None:
-        self._injector.begin()
 
     def _unowed(self) -> Iterator[tuple[str, str]]:
         """Yield the properties that faults excuse, each with the drone that it excuses."""

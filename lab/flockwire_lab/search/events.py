@@ -75,13 +75,14 @@ def parse_events(tables: list[dict[str, Any]], plan: Plan, origin: str) -> tuple
 class EventInjector:
     """Injects `events` into `world`, and ends a flight that has no operator or no bodies any more.
 
-    `recorder` is told of each, and tells whether all drones are down.
+    `recorder` is told of each, tells when the flight begins, and whether all drones are down.
     """
 
     def __init__(self, world: World, events: tuple[Event, ...], faults: tuple[Fault, ...], recorder: Recorder) -> None:
         self.world_ended = False
         self._world, self._events, self._faults, self._recorder = world, events, faults, recorder
         self.moving = {KINEMATICS.kind, *(name for name, row in world.plan.rows.items() if row.driver)}  # the airframes
+        recorder.begin = self.begin
         self._drivers = [world.processes[name] for name, row in world.plan.rows.items() if row.driver]
 
     def begin(self) -> None:

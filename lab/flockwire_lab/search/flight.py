@@ -16,8 +16,8 @@ from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import CONSOLE
 
 from flockwire_lab.coverage import events
-from flockwire_lab.faults.kinds import AirframeFailure, ClockStep, Fault, Visitor
-from flockwire_lab.search.events import Event, EventInjector, SecondStation, parse_events
+from flockwire_lab.faults.kinds import AirframeFailure, ClockStep, Visitor
+from flockwire_lab.search.events import EventInjector, SecondStation, parse_events
 from flockwire_lab.search.formation import tails
 from flockwire_lab.search.liveness import Recovery
 from flockwire_lab.search.margin import BOUNDS, Bounds, Flown, Margin
@@ -63,29 +63,23 @@ class Judged:
 
 
 class Flight:
-    """The flight of a swarm under faults and events; `say` takes what happens, line by line."""
+    """The flight of a case; `say` takes what happens, line by line. Raises InputError for a case that is refused."""
 
-    def __init__(
-        self,
-        swarm: Swarm,
-        seed: int,
-        duration: float,
-        injected: tuple[tuple[Fault, ...], tuple[Event, ...]],
-        mode: Mode = "safety",
-        say: Callable[[str], None] | None = None,
-    ) -> None:
-        faults, events = injected
-        self.recorder = Recorder(Plan(swarm.in_simulation()), self._begin, say)
+    def __init__(self, case: Case, say: Callable[[str], None] | None = None) -> None:
+        swarm = parse_swarm(case.table, "the swarm of the search")
+        plan = Plan(swarm.in_simulation())
+        faults, events = parse_events(case.faults, plan, "the faults of the search")
+        self.recorder = Recorder(plan, say)
         kinds = {type(one) for one in (*faults, *events)}
         self._visited, self._quiet = Visitor in kinds, not kinds
         self._shared = SecondStation in kinds  # who may end a landing
         stations = (CONSOLE.kind,) if self._shared else ()
-        self.world = World(swarm, seed, duration, faults, self.recorder.take, stations=stations)
+        self.world = World(swarm, case.seed, case.duration, faults, self.recorder.take, stations=stations)
         self._injector = EventInjector(self.world, events, faults, self.recorder)
         moving = self._injector.moving  # an airframe fails by the clock of its process
         early = sum(max(f.step, 0.0) for f in faults if isinstance(f, ClockStep) and f.process in moving)
         self._fails = {uav(f.drone): f.at - early for f in reversed(faults) if isinstance(f, AirframeFailure)}
-        self._recovery = Recovery(self.world, self.recorder, faults) if mode == "liveness" else None
+        self._recovery = Recovery(self.world, self.recorder, faults) if case.mode == "liveness" else None
 
     def fly(self, bounds: Bounds = BOUNDS) -> Flown:
         """Fly it to its end."""
@@ -118,9 +112,6 @@ class Flight:
             tails=tails(recorder, world.swarm) if self._quiet and not failure else {},
         )
 
-    def _begin(self) -> None:
-        self._injector.begin()
-
 
 def fall_time(swarm: Swarm) -> int:
     """Return a time, ns, that is longer than a fall from the fence's top takes."""
@@ -130,11 +121,9 @@ def fall_time(swarm: Swarm) -> int:
 def fly(case: Case, say: Callable[[str], None] | None = None, bounds: Bounds = BOUNDS) -> Judged:
     """Fly and judge a case; what cannot be flown is refused."""
     try:
-        swarm = parse_swarm(case.table, "the swarm of the search")
-        injected = parse_events(case.faults, Plan(swarm.in_simulation()), "the faults of the search")
+        flight = Flight(case, say)
     except InputError as error:
         return Judged({}, refused=str(error).replace("\n", "; "))
-    flight = Flight(swarm, case.seed, case.duration, injected, case.mode, say)
     return judge(flight.fly(bounds), flight.recorder, case.faults, bounds)
 
 

@@ -38,9 +38,10 @@ TIMED = ("truth", "pose", "command")  # the other kinds that it keeps
 class Recorder:
     """Collects a flight of the swarm of `plan`; `begin` is called at the first order, `say` takes what happens."""
 
-    def __init__(self, plan: Plan, begin: Callable[[], None], say: Callable[[str], None] | None = None) -> None:
+    def __init__(self, plan: Plan, say: Callable[[str], None] | None = None) -> None:
+        self.begin: Callable[[], object] = lambda: None
         self.reactions: dict[str, float] = {}  # of pilots and drivers, by code: when each came first, s
-        self._swarm, self._begin, self._say = plan.swarm, begin, say
+        self._swarm, self._say = plan.swarm, say
         self._stale = plan.swarm.limits.staleness
         self._pilots = {identity: uav(drone) for drone, identity in plan.pilots.items()}
         self._taken = TraceInMemory(plan.swarm, 0)
@@ -163,7 +164,7 @@ class Recorder:
     def _mission(self, mission: Mission) -> None:
         if self.took_off is None:
             self.took_off = self._at
-            self._begin()
+            self.begin()
         self.tell(f"order: {mission.verb}")
         if mission.in_formation:
             self.starts.append((self._at, mission))

@@ -26,7 +26,7 @@ STARTS = ((0.0, 0.0), (0.6, -2.3), (-2.8, 0.9), (-0.7, 2.6), (2.9, -0.8))  # non
 @pytest.mark.long
 def test_a_follower_is_judged_by_the_place_that_it_holds_by_the_auction(make_swarm):
     swarm = make_swarm(AUCTION | {f"drones.{i}.start": [*start, 0.0] for i, start in enumerate(STARTS)})
-    recorder = Recorder(Plan(swarm.in_simulation()), lambda: None)
+    recorder = Recorder(Plan(swarm.in_simulation()))
     World(swarm, 0, 7.0, (), recorder.take).run()
     _, start = recorder.starts[-1]
     late, early = [errors(recorder, swarm, start, at, at).values() for at in (recorder.landing, start.stamp)]
@@ -51,7 +51,7 @@ def test_who_makes_room_at_an_obstacle_is_not_judged_unless_he_stays_away(make_s
         "obstacles": [{"center": [4.0, 0.6, 0.0], "radius": 0.4}],
     })  # fmt: skip
     start, end = Mission(EPOCH, "world", "start", EPOCH), 20.0 if back else 35.0
-    recorder = Recorder(Plan(swarm.in_simulation()), lambda: None)
+    recorder = Recorder(Plan(swarm.in_simulation()))
     for k in range(round(20 * end) + 1):
         t, stamp = k / 20, EPOCH + k * SECOND // 20
         way, late = (exp(-(((at - 20.0) / 2.0) ** 2)) for at in (t, min(t, 20.0)))
