@@ -18,6 +18,7 @@ WORLD_KINDS = ("kill", "restart", "freeze", "cut", "partition", "link", "tracker
 FAULT_KINDS = (*WORLD_KINDS, STOP, TOLD_TO_END, STATION_FROZEN, STATION_LOST)
 SEARCHED_KINDS = (*FAULT_KINDS, "swap", SECOND_STATION)
 ENDING_KINDS = ("restart", "freeze", "cut", "partition", "link", "tracker", "noise", "swap")  # those that end
+Draw = Callable[[Plan, Random], Table]
 LASTING = ("freeze", "cut", "partition", "link", "tracker", "noise", STATION_FROZEN, "swap")
 
 
@@ -29,8 +30,9 @@ def random_fault(kind: str, plan: Plan, duration: float, chance: Random) -> dict
     fault: dict[str, Any] = {"at": round(chance.uniform(0.0, duration + 1.0), 3), "kind": kind}
     if kind in LASTING:
         fault["duration"] = round(chance.uniform(0.3, 8.0), 3) if kind == "cut" else lasting
-    draw = DRAWS.get(kind)
-    return fault if draw is None else fault | draw(plan, chance)
+    for draw in DRAWS.get(kind, ()):
+        fault |= draw(plan, chance)
+    return fault
 
 
 def second_station(duration: float, chance: Random) -> dict[str, Any]:
@@ -48,11 +50,6 @@ def _process(plan: Plan, chance: Random) -> Table:
     return {"process": chance.choice(kinds[chance.choice(tuple(kinds))])}
 
 
-def _clock(plan: Plan, chance: Random) -> Table:
-    process, reach = _process(plan, chance), chance.choice((0.2, 5.0))
-    return process | {"step": chance.uniform(-reach, reach)}
-
-
 def _link(plan: Plan, chance: Random) -> Table:
     """Return a link, of each two kinds of process as often."""
     links: dict[tuple[str, str], list[tuple[str, str]]] = defaultdict(list)
@@ -62,34 +59,32 @@ def _link(plan: Plan, chance: Random) -> Table:
     return dict(zip(("from", "to"), chance.choice(links[chance.choice(tuple(links))]), strict=True))
 
 
-def _slow_link(plan: Plan, chance: Random) -> Table:
-    link = _link(plan, chance)
-    return link | {
-        key: chance.uniform(0.0, most)
-        for key, most in (("delay", 0.3), ("jitter", 0.1), ("loss", 0.6), ("reordering", 0.2))
-    }
-
-
 def _drone(plan: Plan, chance: Random) -> Table:
     return {"drone": chance.choice(plan.swarm.flying)}
 
 
-def _lag(plan: Plan, chance: Random) -> Table:
-    return _drone(plan, chance) | {"lag": chance.uniform(0.0, 0.3), "dead_time": chance.uniform(0.0, 0.1)}
+def _up_to(**most: float) -> Draw:
+    """Return what draws a value of each key, up to the largest."""
+    return lambda _, chance: {key: chance.uniform(0.0, value) for key, value in most.items()}
 
 
-DRAWS: Mapping[str, Callable[[Plan, Random], Table]] = {  # the keys that only some kinds have
-    "kill": _process,
-    "restart": _process,
-    "freeze": _process,
-    "clock": _clock,
-    "cut": _link,
-    "link": _slow_link,
-    "partition": lambda plan, chance: {"processes": chance.sample(targets(plan), chance.randint(1, 3))},
-    "noise": lambda _, chance: {"noise": chance.uniform(0.002, 0.03)},
-    "tracker": _drone,
-    "failure": _drone,
-    "lag": _lag,
-    "swap": lambda plan, chance: {"drones": chance.sample(plan.swarm.flying, 2)},
-    TOLD_TO_END: lambda plan, chance: {"process": chance.choice(list(plan.pilots.values()))},
+def _step(_: Plan, chance: Random) -> Table:
+    reach = chance.choice((0.2, 5.0))
+    return {"step": chance.uniform(-reach, reach)}
+
+
+DRAWS: Mapping[str, tuple[Draw, ...]] = {  # the keys that only some kinds have
+    "kill": (_process,),
+    "restart": (_process,),
+    "freeze": (_process,),
+    "clock": (_process, _step),
+    "cut": (_link,),
+    "link": (_link, _up_to(delay=0.3, jitter=0.1, loss=0.6, reordering=0.2)),
+    "partition": (lambda plan, chance: {"processes": chance.sample(targets(plan), chance.randint(1, 3))},),
+    "noise": (lambda _, chance: {"noise": chance.uniform(0.002, 0.03)},),
+    "tracker": (_drone,),
+    "failure": (_drone,),
+    "lag": (_drone, _up_to(lag=0.3, dead_time=0.1)),
+    "swap": (lambda plan, chance: {"drones": chance.sample(plan.swarm.flying, 2)},),
+    TOLD_TO_END: (lambda plan, chance: {"process": chance.choice(list(plan.pilots.values()))},),
 }

@@ -9,10 +9,10 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from flockwire_core.swarm.airframes import KINEMATICS
 from flockwire_core.swarm.model import Swarm
-from flockwire_core.swarm.tables import Finite, Items
+from flockwire_core.swarm.tables import Items
 from flockwire_core.swarm.wording import InputError
 from flockwire_core.wire.plan import Plan
-from pydantic import Field, JsonValue
+from pydantic import Field
 
 from flockwire_lab.search.drawing import ENDING_KINDS, SEARCHED_KINDS, random_fault
 from flockwire_lab.search.flight import Case, Mode
@@ -121,14 +121,13 @@ def usual_space(table: Table, swarm: Swarm, mode: Mode) -> dict[str, Any]:
     path: dict[str, Any] = table
     for key in PATH.split("."):
         path = path.get(key, {})
-    for axis, speed in enumerate(path.get("velocity", ())[:2]):
-        spans[f"{PATH}.velocity.{axis}"] = _round(speed, small * swarm.reference.input_bound)
-    for place, point in enumerate(path.get("points", ())):
-        for axis in (0, 1):
-            spans[f"{PATH}.points.{place}.{axis}"] = _round(point[axis], small)
-    for place, obstacle in enumerate(table.get("obstacles", ())):
-        for axis in (0, 1):
-            spans[f"obstacles.{place}.center.{axis}"] = _round(obstacle["center"][axis], small)
+    moved = {f"{PATH}.velocity": (path.get("velocity", ()), small * swarm.reference.input_bound)}
+    moved |= {f"{PATH}.points.{place}": (point, small) for place, point in enumerate(path.get("points", ()))}
+    obstacles = enumerate(table.get("obstacles", ()))
+    moved |= {f"obstacles.{place}.center": (obstacle["center"], small) for place, obstacle in obstacles}
+    for key, (values, reach) in moved.items():
+        for axis, value in enumerate(values[:2]):
+            spans[f"{key}.{axis}"] = {"uniform": [value - reach, value + reach]}
     box, centre = [], []
     for axis, places in enumerate(list(zip(*(drone.start for drone in swarm.drones), strict=True))[:2]):
         width, middle = ceil(max(places) - min(places)) + 1, (min(places) + max(places)) / 2.0
@@ -151,7 +150,3 @@ def _conditions(swarm: Swarm) -> dict[str, Any]:
         spans[f"airframes.{KINEMATICS.kind}.lag"] = {"uniform": [0.0, 0.25]}
         spans[f"airframes.{KINEMATICS.kind}.dead_time"] = {"uniform": [0.0, 0.1]}
     return spans
-
-
-def _round(value: float, reach: Finite) -> dict[str, JsonValue]:
-    return {"uniform": [value - reach, value + reach]}
