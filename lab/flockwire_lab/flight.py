@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,23 +22,19 @@ from flockwire_lab.world import EPOCH, Outcome, World
 Show = Callable[[float], object]  # is called at each virtual second with the s flown so far
 
 
-class TraceFile:
+class TraceFile(TraceWriter):
     """Writes the trace `path`, equal bytes for equal flights. Raises OSError if the disk fails."""
 
     def __init__(self, path: Path, swarm: Swarm, toml: str, seed: int, faults: tuple[Fault, ...] = ()) -> None:
-        self._writer = TraceWriter(path, describe(swarm, toml, seed, EPOCH, notes(faults), virtual=True))
+        super().__init__(path, describe(swarm, toml, seed, EPOCH, notes(faults), virtual=True))
 
     def take(self, published: Published) -> None:
         """Write one message."""
         sample = published.sample
-        self._writer.write(
+        self.write(
             published.topic, ROS_TYPES[sample.row.message], sample.publisher, sample.sequence, published.at,
             sample.sent, sample.payload,
         )  # fmt: skip
-
-    def close(self) -> None:
-        """End the file."""
-        self._writer.close()
 
 
 class TraceInMemory:
@@ -71,11 +68,9 @@ class Flight(NamedTuple):
 
 def fly_recorded(flight: Flight, toml: str, path: Path, show: Show) -> Outcome:
     """Fly, and write the trace `path`, which holds the swarm file's text `toml`. Raises OSError."""
-    trace = TraceFile(path, flight.swarm, toml, flight.seed, flight.faults)
-    try:
+    # Closed, the trace of an interrupted flight can be read, too.
+    with closing(TraceFile(path, flight.swarm, toml, flight.seed, flight.faults)) as trace:
         return _fly(flight, trace.take, show)
-    finally:
-        trace.close()  # of an interrupted flight, too: it can be read
 
 
 def fly_in_memory(flight: Flight, show: Show) -> tuple[Outcome, Trace]:
