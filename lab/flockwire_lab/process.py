@@ -194,20 +194,19 @@ class VirtualProcess:
 
     def _take_datagram(self, datagram: Datagram) -> None:
         """Receive a datagram; a frozen process reads it from its socket later."""
-        if not self.alive or self._networked is None:
+        networked, stepper = self._networked, self._stepper
+        if not self.alive or networked is None or stepper is None:
             return
         if self._frozen:
             self._unread.append(datagram)
             return
-        assert self._stepper is not None  # noqa: S101  (its core is bound)
         self._now = self.clock.read(self._scheduler.now)
-        now = self._stepper.time(self._now)
-        self._networked.datagram(datagram.data, datagram.source, datagram.target, now)
+        now = stepper.time(self._now)
+        networked.datagram(datagram.data, datagram.source, datagram.target, now)
         self._flush(now)
 
     def _flush(self, now: int) -> None:
-        assert self._networked is not None  # noqa: S101  (only one that is networked is given this)
-        for datagram in self._networked.outgoing(now):
+        for datagram in self._networked.outgoing(now) if self._networked is not None else ():
             self._network.send(datagram)
 
     def _arrived(self, slot: Slot) -> None:
@@ -222,7 +221,8 @@ class VirtualProcess:
             self._depart()
 
     def _tick(self, starts: int) -> None:
-        if not self.alive or starts != self._starts:
+        stepper = self._stepper
+        if not self.alive or starts != self._starts or stepper is None:
             return
         late = self._rare.late_timer() if self._rare is not None else 0
         self._scheduler.at(self._scheduler.now + self._period + late, self._tick, starts)
@@ -231,18 +231,15 @@ class VirtualProcess:
             return
         missed, self._missed = self._missed, 0
         now = self._now = self.clock.read(self._scheduler.now)
-        if self._told and self._ends(now):
+        if self._told and self._ends(stepper.time(now)):
             self.kill()
             return
-        assert self._stepper is not None  # noqa: S101  (it ticks since `_begin`)
-        self._stepper.tick(0, missed, now)
+        stepper.tick(0, missed, now)
         self._missed += late // self._period
         if self._loaded:
             self._depart()
 
-    def _ends(self, swarm_time: int) -> bool:
-        assert self._stepper is not None  # noqa: S101  (it ticks)
-        now = self._stepper.time(swarm_time)
+    def _ends(self, now: int) -> bool:
         if not self._retired:
             self._retired = True
             self._core.retire(now)
