@@ -51,7 +51,12 @@ class Relays:
         self._directions: dict[tuple[str, str], Direction] = {}
         for fault in faults:
             for source, target in directions(fault, plan):
-                self._stand_between(*_ends(source, target, plan))
+                dialler, listener = _ends(source, target, plan)
+                if (dialler, listener) not in self._relays:
+                    address, _, port = plan.endpoints[listener].rpartition(":")
+                    relay = Relay(dialler, listener, (address.strip("[]"), int(port)))
+                    self._relays[dialler, listener] = relay
+                    self._directions[dialler, listener], self._directions[listener, dialler] = relay.there, relay.back
 
     async def __aenter__(self) -> Self:
         for (dialler, listener), relay in self._relays.items():
@@ -79,14 +84,6 @@ class Relays:
                 direction.restore(by)
 
         return undo
-
-    def _stand_between(self, dialler: str, listener: str) -> None:
-        if (dialler, listener) in self._relays:
-            return
-        address, _, port = self._plan.endpoints[listener].rpartition(":")
-        relay = Relay(dialler, listener, (address.strip("[]"), int(port)))
-        self._relays[dialler, listener] = relay
-        self._directions[dialler, listener], self._directions[listener, dialler] = relay.there, relay.back
 
 
 def _ends(one: str, other: str, plan: Plan) -> tuple[str, str]:
