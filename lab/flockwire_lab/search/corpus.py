@@ -19,7 +19,7 @@ from flockwire_core.swarm.wording import InputError
 from pydantic import TypeAdapter, ValidationError
 
 from flockwire_lab.search.campaign import Entry
-from flockwire_lab.search.choosing import USUAL, Candidate, scaled
+from flockwire_lab.search.choosing import USUAL, Candidate, scaled, worst_of
 from flockwire_lab.search.flight import Judged
 from flockwire_lab.study.ledger import RUNS
 
@@ -95,14 +95,9 @@ def read(folder: Path, size: int) -> Corpus:
         raise InputError(f"--corpus = {folder}: must be the folder of a search") from None
     if other := {len(entry.asked.point) for entry in found} - {size}:
         raise InputError(f"--corpus = {folder}: its flights have {min(other)} values, those of this search {size}")
-    return Corpus(tuple(chosen(found)), _least(found), len(found))
-
-
-def _least(found: Sequence[Entry]) -> dict[str, float]:
-    least: dict[str, float] = {}
-    for name, margin in (item for entry in found for item in entry.judged.margins.items()):
-        least[name] = min(margin.value, least.get(name, inf))
-    return least
+    judged = {entry.number: entry.judged for entry in found}
+    least = {name: judged[number].margins[name].value for name, number in worst_of(judged).items()}
+    return Corpus(tuple(chosen(found)), least, len(found))
 
 
 def flown(folder: Path) -> list[Entry]:
