@@ -17,6 +17,9 @@ from flockwire_lab.study.findings import label, quantiles
 from flockwire_lab.study.flight import Result
 
 HEADINGS = ("law", "success", "settled, s", "tail, mm", *(f"{one.heading}, {one.unit}" for one in COSTS))
+COLUMNS = (  # those of figures: key, quantile, factor
+    ("settled_s", "p50", 1.0), ("formation_tail_m", "p95", 1000.0), *((one.key, "p50", 1.0) for one in COSTS),
+)  # fmt: skip
 CAPTION = (
     "Success: flights that pass all checks. Settled, and the four on the right: medians over all flights, of which a "
     "failed one counts as the worst; per follower. Tail: the bound that 95 % of the flights keep."
@@ -29,11 +32,8 @@ def rows(plan: Study, results: Sequence[Result]) -> list[Row]:
     found = []
     for number, point in enumerate(plan.points):
         here = [result for result in results if result.point == number and result.run < plan.runs]
-        cells = [f"{sum(result.ok for result in here)} of {len(here)}"]
-        for key, share, scale in (("settled_s", "p50", 1.0), ("formation_tail_m", "p95", 1000.0)):
-            cells.append(_cell(here, key, share, scale))
-        cells += [_cell(here, cost.key, "p50", 1.0) for cost in COSTS]
-        found.append((_law(point[0][1]), *cells))
+        success = f"{sum(result.ok for result in here)} of {len(here)}"
+        found.append((_law(point[0][1]), success, *(_cell(here, *column) for column in COLUMNS)))
     return found
 
 

@@ -116,12 +116,7 @@ def _put(table: Table, key: str, value: JsonValue) -> None:
     try:
         for part in path:
             inner = inner[int(part)] if isinstance(inner, list) else inner.setdefault(part, {})
-        if isinstance(inner, list):
-            inner[int(last)] = deepcopy(value)
-        elif isinstance(inner, dict):
-            inner[last] = deepcopy(value)
-        else:
-            raise TypeError
+        inner[int(last) if isinstance(inner, list) else last] = deepcopy(value)
     except (ValueError, IndexError, TypeError, AttributeError):
         raise InputError(f"{key} = {value!r}: the swarm file has no such key") from None
 
@@ -141,8 +136,7 @@ def random_starts(swarm: Swarm, starts: Starts, chance: Random) -> list[tuple[fl
     if unknown:
         raise InputError(f"starts.fixed = {list(starts.fixed)}: there is no drone {min(unknown)}")
     for _ in range(beginnings):
-        places = _places(swarm, starts, chance)
-        if places is not None:
+        if (places := _places(swarm, starts, chance)) is not None:
             return places
     raise InputError(
         f"starts.box = {list(starts.box)}: no room for {len(swarm.drones)} drones with starts.spacing = "
