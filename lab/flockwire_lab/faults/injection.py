@@ -65,15 +65,12 @@ class FaultInjector:
                 self._after(RESTART_TIME, process.start)
             case Freeze():
                 self._processes[fault.process].freeze()
-                self._after(fault.duration, self._thaw, fault)
+                if not fault.outlasted(self._faults):
+                    self._after(fault.duration, self._processes[fault.process].thaw)
             case ClockStep():
                 self._processes[fault.process].clock.step(nanoseconds(fault.step))
             case _:
                 self._disturb(fault)
-
-    def _thaw(self, fault: Freeze) -> None:
-        if not fault.outlasted(self._faults):
-            self._processes[fault.process].thaw()
 
     def _disturb(self, fault: Fault) -> None:
         """Change the links of `fault`, if it has any, for its duration."""
