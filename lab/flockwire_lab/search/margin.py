@@ -134,16 +134,11 @@ def always(times: Floats, signal: Floats) -> tuple[float, float]:
 
 def owed(times: Floats, pending: Booleans) -> Floats:
     """Return for how long without a pause `pending` has been true, s; 0 where it is not."""
-    since = np.where(pending, -np.inf, times)
-    began = np.where(pending & ~np.roll(pending, 1), times, -np.inf)
-    if len(pending) and pending[0]:
-        began[0] = times[0]
-    return np.where(pending, times - np.maximum.accumulate(np.maximum(since, began)), 0.0)
+    goes_on = pending & ~np.diff(pending, prepend=False)
+    return np.where(pending, times - np.maximum.accumulate(np.where(goes_on, -np.inf, times)), 0.0)
 
 
 def age(times: Floats, events: Floats) -> Floats:
     """Return the time since the last of `events` (ascending) at each of `times`, s; infinite before the first."""
-    if not len(events):
-        return np.full(len(times), np.inf)
-    place = np.searchsorted(events, times, "right")
-    return np.where(place > 0, times - events[np.maximum(place - 1, 0)], np.inf)
+    last: Floats = np.concatenate([[-np.inf], events])[np.searchsorted(events, times, "right")]
+    return times - last

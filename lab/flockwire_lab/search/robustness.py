@@ -23,9 +23,8 @@ def margins(flown: Flown, bounds: Bounds = BOUNDS) -> dict[str, Margin]:
     """Return the smallest margin of each property that the flight tells of, by the property's name."""
     found: dict[str, Margin] = {}
     for name, margin in _all(flown, bounds):
-        if not isfinite(margin.value):  # the flight does not tell of it
-            continue
-        if name not in found or margin.value < found[name].value:
+        known = isfinite(margin.value)  # else the flight does not tell of it
+        if known and (name not in found or margin.value < found[name].value):
             found[name] = margin
     return found
 
