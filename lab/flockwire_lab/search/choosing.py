@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import count
 from random import Random
 
 from flockwire_lab.search.flight import Judged
@@ -24,14 +25,13 @@ class Draws:
     """Draws each flight independently: what a search must beat."""
 
     def __init__(self, size: int, seed: int) -> None:
-        self._size, self._chance, self._count, self._seed = size, Random(f"draws {seed}"), 0, seed  # noqa: S311
+        self._size, self._chance, self._seeds = size, Random(f"draws {seed}"), count(seed)  # noqa: S311
 
     def ask(self) -> list[Candidate]:
         """Return random points, each with its own seed."""
-        first, self._count = self._count, self._count + BATCH
         return [
-            Candidate(tuple(round(self._chance.random(), 9) for _ in range(self._size)), self._seed + first + k)
-            for k in range(BATCH)
+            Candidate(tuple(round(self._chance.random(), 9) for _ in range(self._size)), next(self._seeds))
+            for _ in range(BATCH)
         ]
 
     def tell(self, asked: Sequence[Candidate], found: Sequence[Judged]) -> None:

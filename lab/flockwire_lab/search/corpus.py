@@ -117,10 +117,8 @@ def chosen(found: Sequence[Entry]) -> Iterator[Entry]:
     seen: set[Hashable] = set()
     while rest:
         best = max(rest, key=lambda one: _worth(one.judged, shows[one.number] - seen))
-        rest.remove(best)
-        if new := shows[best.number] - seen:
-            seen |= new
-            yield best
+        seen |= shows[best.number]
+        yield best
         rest = [entry for entry in rest if shows[entry.number] - seen]
 
 

@@ -20,18 +20,17 @@ Fly = Callable[[Case], Judged]
 def shrunk(case: Case, name: str, fly: Fly, most: int = 200) -> tuple[Case, int]:
     """Return the smallest case found that violates property `name`, and the number of flights that it took."""
     flights = 0
-    changed = True
-    while changed:
-        changed = False
+    while True:
         for smaller in _smaller(case):
             if flights >= most:
                 return case, flights
             flights += 1
             margin = fly(smaller).margins.get(name)
             if margin is not None and margin.violated:
-                case, changed = smaller, True
+                case = smaller
                 break
-    return case, flights
+        else:
+            return case, flights
 
 
 def _smaller(case: Case) -> Iterator[Case]:
