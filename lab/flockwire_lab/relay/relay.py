@@ -57,10 +57,11 @@ class Pipe:
 
 
 class Connection:
-    """A dialler's connection, and the one to the listener; made in the task that runs it."""
+    """A dialler's connection to `relay`, and the one to the listener; made in the task that runs it."""
 
-    def __init__(self, there: Direction, back: Direction) -> None:
-        self.pipes = (Pipe(there), Pipe(back))
+    def __init__(self, relay: Relay) -> None:
+        self.pipes = (Pipe(relay.there), Pipe(relay.back))
+        self._relay = relay
         self._task = asyncio.current_task()
         self._writers: list[asyncio.StreamWriter] = []  # to the dialler, then to the listener
 
@@ -71,14 +72,8 @@ class Connection:
         if self._task is not None:
             self._task.cancel()
 
-    async def run(
-        self,
-        reader: asyncio.StreamReader,
-        writer: asyncio.StreamWriter,
-        address: tuple[str, int],
-        passable: asyncio.Event,
-    ) -> None:
-        """Pass on the dialler's bytes, and those of the listener at `address` once the link is `passable`.
+    async def run(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Pass on the dialler's bytes, and those of the listener once the link is passable.
 
         It ends when each direction has ended or has nobody who takes its bytes, when nobody listens, or when the
         dialler gives up before it is answered.
@@ -89,8 +84,8 @@ class Connection:
             async with asyncio.TaskGroup() as group:
                 filling = [group.create_task(there.fill(reader))]
                 filling[0].add_done_callback(lambda _: self.abort() if len(self._writers) < 2 else None)
-                await passable.wait()
-                far_reader, far_writer = await asyncio.open_connection(*address)
+                await self._relay.passable.wait()
+                far_reader, far_writer = await asyncio.open_connection(*self._relay.address)
                 self._writers.append(far_writer)
                 filling.append(group.create_task(back.fill(far_reader)))
                 await asyncio.wait([group.create_task(there.empty(far_writer)), group.create_task(back.empty(writer))])
@@ -113,9 +108,9 @@ class Relay:
     def __init__(self, dialler: str, listener: str, address: tuple[str, int]) -> None:
         self.there = Direction(f"{dialler} > {listener}", self._changed)
         self.back = Direction(f"{listener} > {dialler}", self._changed)
-        self._address = address
-        self._passable = asyncio.Event()
-        self._passable.set()
+        self.address = address
+        self.passable = asyncio.Event()  # set while both directions are, as TCP needs it for a new connection
+        self.passable.set()
         self.connections: list[Connection] = []
         self._server: asyncio.Server | None = None
 
@@ -134,20 +129,20 @@ class Relay:
     async def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         if len(self.connections) >= MOST_CONNECTIONS:
             self.connections.pop(0).abort()
-        connection = Connection(self.there, self.back)
+        connection = Connection(self)
         self.connections.append(connection)
         try:
-            await connection.run(reader, writer, self._address, self._passable)
+            await connection.run(reader, writer)
         finally:
             if connection in self.connections:
                 self.connections.remove(connection)
 
     def _changed(self) -> None:
-        """Pass on due bytes; a new connection needs both directions, as in TCP."""
+        """Pass on due bytes."""
         if self.there.passable and self.back.passable:
-            self._passable.set()
+            self.passable.set()
         else:
-            self._passable.clear()
+            self.passable.clear()
         for connection in self.connections:
             for pipe in connection.pipes:
                 pipe.changed.set()
