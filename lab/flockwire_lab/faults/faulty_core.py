@@ -90,10 +90,8 @@ class FaultyCore:
 
     def _edited(self, key: Key, message: Message, at: int) -> Message | None:
         """Return `message` as the faults that act at `at` (Unix ns) make it; None: it is lost."""
-        if key not in self._edits:
-            return message
         edited: Any = message  # of the kind that the faults edit
-        for fault, since in self._active(self._edits[key], at):
+        for fault, since in self._active(self._edits.get(key, ()), at):
             if edited is not None:
                 edited = fault.edit(edited, since, at)
         return cast("Message | None", edited)
