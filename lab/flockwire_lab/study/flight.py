@@ -14,10 +14,9 @@ from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.wording import InputError
 
 from flockwire_lab.coverage import events
-from flockwire_lab.flight import TraceInMemory
+from flockwire_lab.flight import Flight, fly_in_memory
 from flockwire_lab.study.file import Study
 from flockwire_lab.study.variation import Table, vary
-from flockwire_lab.world import World
 
 
 class Quantity(NamedTuple):
@@ -84,9 +83,8 @@ def fly(task: Task) -> Result:
     try:
         varied = vary(plan, task.table, plan.points[task.point], seed)
         drawn = varied.drawn
-        trace = TraceInMemory(varied.swarm, seed)
-        outcome = World(varied.swarm, seed, plan.duration, varied.faults, trace.take).run()
-        recorded = trace.trace()
+        flight = Flight(varied.swarm, seed, plan.duration, varied.faults)
+        outcome, recorded = fly_in_memory(flight, lambda _: None)
         summary = summarise(recorded)
     except InputError as error:
         return Result(task.point, task.run, seed, False, ("refused",), str(error).replace("\n", "; "), 0.0, {}, {})
