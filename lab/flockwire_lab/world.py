@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from itertools import chain, count
 from random import Random
 from typing import NamedTuple
@@ -91,10 +90,13 @@ class World:
 
     def run(self) -> Outcome:
         """Fly until the director ends the flight."""
-        director, scheduler = self.director, self.scheduler
-        with _rare_collections():
+        director, scheduler, usual = self.director, self.scheduler, gc.get_threshold()
+        gc.set_threshold(COLLECT_AFTER, *usual[1:])  # a look for cycles visits all messages that are on the way
+        try:
             scheduler.run(self._limit)
             scheduler.run(scheduler.now + LINGER)
+        finally:
+            gc.set_threshold(*usual)
         failure = director.failure
         if director.stage is not Stage.OVER:
             failure = failure or f"the flight was not over after {(scheduler.now - EPOCH) / SECOND:.0f} s"
@@ -212,17 +214,6 @@ class MemoryStore:
     def write(self, data: bytes) -> None:
         """Keep `data`."""
         self._data = data
-
-
-@contextmanager
-def _rare_collections() -> Iterator[None]:
-    """Look for unused cycles rarely: a flight makes few, and each look visits all messages that are on the way."""
-    usual = gc.get_threshold()
-    gc.set_threshold(COLLECT_AFTER, *usual[1:])
-    try:
-        yield
-    finally:
-        gc.set_threshold(*usual)
 
 
 def _givers() -> Iterator[Callable[[], int]]:
