@@ -12,7 +12,7 @@ from itertools import chain
 from flockwire_analysis.observed import Shown
 from flockwire_analysis.recorded import Trace
 from flockwire_core.pilot.reactions import TABLE
-from flockwire_core.pilot.transitions import PHASES, transitions
+from flockwire_core.pilot.transitions import transitions
 
 
 def events(trace: Trace) -> dict[str, int]:
@@ -54,12 +54,7 @@ def table(flights: Iterable[Mapping[str, int]]) -> Iterator[str]:
 
 def _never(reached: Mapping[str, int]) -> Iterator[str]:
     """Yield the transitions of pilots, and the reactions, that were not reached."""
-    named = {
-        f"pilot: {before} to {row.after}"
-        for row in transitions()
-        for before in PHASES
-        if before in row.before and before is not row.after
-    }
+    named = {f"pilot: {before} to {row.after}" for row in transitions() for before in row.before - {row.after}}
     yield from sorted(named - reached.keys())
     codes = {event.rpartition(", ")[2] for event in reached}
     yield from (row.code for row in TABLE if row.text and row.code not in codes)
