@@ -81,18 +81,17 @@ class EventInjector:
     def __init__(self, world: World, events: tuple[Event, ...], faults: tuple[Fault, ...], recorder: Recorder) -> None:
         self.world_ended = False
         self._world, self._events, self._faults, self._recorder = world, events, faults, recorder
-        self.moving = {KINEMATICS.kind, *(name for name, row in world.plan.rows.items() if row.driver)}  # the airframes
+        self._drivers = [name for name, row in world.plan.rows.items() if row.driver]
+        self.moving = {KINEMATICS.kind, *self._drivers}  # the airframes
         recorder.begin = self.begin
-        self._drivers = [world.processes[name] for name, row in world.plan.rows.items() if row.driver]
 
     def begin(self) -> None:
         """Set time 0, the order to take off, to the current time."""
         for event in self._events:
             self._later(event.at, partial(self._inject, event))
-        drivers = {driver.identity for driver in self._drivers}
         for fault in self._faults:
             self._later(fault.at, partial(self._recorder.tell, f"fault: {fault!r}"))
-            if fault.kind == "kill" and fault.process in drivers:
+            if fault.kind == "kill" and fault.process in self._drivers:
                 self._later(fault.at, self._end_world)
 
     @property
@@ -123,9 +122,8 @@ class EventInjector:
 
     def retire(self) -> None:
         """Tell pilots and drivers to end, as their parent does that ends; the flight ends once all are down."""
-        processes = self._world.processes
-        for process in [*self._drivers, *(processes[pilot] for pilot in self._world.plan.pilots.values())]:
-            process.retire()
+        for name in (*self._drivers, *self._world.plan.pilots.values()):
+            self._world.processes[name].retire()
         self._end_when_down()
 
     def _end_world(self) -> None:
@@ -161,8 +159,9 @@ class EventInjector:
     def _end_when_down(self, looks: int = 0) -> None:
         """End the flight that has no operator any more once all have been down for a second, or the world is gone."""
         down_for = 10  # looks, 0.1 s apart, at which all are down before a flight without an operator ends
-        self.world_ended |= not self._world.processes[KINEMATICS.kind].alive  # a restarted one has nobody in the air
-        down = self._recorder.all_down() or self.world_ended or not any(one.alive for one in self._drivers)
+        processes = self._world.processes
+        self.world_ended |= not processes[KINEMATICS.kind].alive  # a restarted one has nobody in the air
+        down = self._recorder.all_down() or self.world_ended or not any(processes[one].alive for one in self._drivers)
         looks = looks + 1 if down else 0
         if looks > down_for:
             self._world.scheduler.stop()
