@@ -14,15 +14,15 @@ from flockwire_core.domain.time import nanoseconds
 from flockwire_core.domain.vector import ZERO, Vector, add
 from flockwire_core.law import Decision, Observation, Output
 from flockwire_core.loading import parse_swarm
-from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.swarm.model import uav
 from flockwire_core.wire.information import declared
 from flockwire_core.wire.observed_numbers import ObservedNumbers
 from gymnasium.spaces import Box
 from pettingzoo import ParallelEnv
 
 from flockwire_lab.process import Published
-from flockwire_lab.study.file import Starts
-from flockwire_lab.study.variation import random_starts, swarm_table
+from flockwire_lab.study.file import Starts, Study
+from flockwire_lab.study.variation import swarm_table, vary
 from flockwire_lab.trial import Trial
 from flockwire_lab.world import World
 
@@ -67,8 +67,8 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]
 
     An action is the command, three numbers, m/s or m/s^2. An episode begins at time 0 of the formation and is truncated
     after `duration` s; a step is a control period. `reward` is called for each follower after each step. With `box`, m,
-    drones start anywhere in it. The safety filter acts as in every flight. Raises SwarmFileError, and ValueError for a
-    law that sends messages.
+    drones start anywhere in it, as in a study. The safety filter acts as in every flight. Raises SwarmFileError, and
+    ValueError for a law that sends messages; `reset` InputError for a box without room.
     """
 
     metadata = {"name": "flockwire", "render_modes": []}  # noqa: RUF012  (PettingZoo's)
@@ -83,7 +83,7 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]
         if information.message is not None:
             raise ValueError(f"{file}: control.law sends messages: an action is a command alone")
         self._reward, self._duration, self._seed = reward, duration, 0
-        self._starts = None if box is None else Starts(box=box)
+        self._varied = Study(starts=None if box is None else Starts(box=box))
         self._period = nanoseconds(1.0 / swarm.control.rate_hz)
         self._numbers = {i: ObservedNumbers(information, swarm.topology.neighbours(i)) for i in swarm.followers}
         self._ids = {uav(i): i for i in swarm.followers}
@@ -111,7 +111,8 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[ByName, ByName]:
         """Take off and begin an episode; without a `seed` by the one after the last episode's."""
         self._seed = self._seed + 1 if seed is None else seed
-        swarm = self._begun(self._seed)
+        starts = Random(f"starts {self._seed}")  # noqa: S311  (not for secrets)
+        swarm = vary(self._varied, self._table, (), self._seed, lambda _: starts).swarm
         self._seats, self._poses = {i: Seat() for i in swarm.followers}, dict[int, Vector]()
         self._owners = {uav(i): i for i in swarm.flying}
         world = World(swarm, self._seed, 0.0, tap=self._take, law=lambda _, i: self._seats[i])
@@ -139,17 +140,6 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]
             self.agents = []
         return result
 
-    def _begun(self, seed: int) -> Swarm:
-        """Return the swarm with the starts of an episode."""
-        if self._starts is None:
-            return self._swarm
-        places = random_starts(self._swarm, self._starts, Random(f"starts {seed}"))  # noqa: S311  (not for secrets)
-        drones = [
-            drone.model_copy(update={"start": (*place, drone.start[2])})
-            for drone, place in zip(self._swarm.drones, places, strict=True)
-        ]
-        return self._swarm.model_copy(update={"drones": tuple(drones)})
-
     def _observations(self) -> ByName:
         return {name: np.array(self._numbers[i].of(self._seats[i].seen)) for name, i in self._ids.items()}
 
@@ -167,7 +157,5 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]
 
     def _take(self, published: Published) -> None:
         """Keep the truth."""
-        if published.key.kind == "truth":
-            pose = published.message
-            assert isinstance(pose, Pose)  # noqa: S101  (a simulated airframe publishes it)
+        if published.key.kind == "truth" and isinstance(pose := published.message, Pose):
             self._poses[self._owners[published.key.owner]] = pose.position

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import sys
+from math import dist
 from pathlib import Path
 
 import numpy as np
@@ -54,8 +55,9 @@ def test_it_observes_what_the_law_declares_and_flies_the_actions():
 
 def test_a_box_draws_other_starts_for_each_seed():
     one = env(box=(5.0, 5.0))
-    starts = [tuple(one.reset(seed=seed)[0]["uav1"]) for seed in (1, 2, 1)]
+    starts = [(tuple(one.reset(seed=seed)[0]["uav1"]), one.state_now.positions[1]) for seed in (1, 2, 1)]
     assert starts[0] == starts[2] != starts[1]
+    assert dist(starts[0][1], starts[1][1]) > 0.1  # m, more than noise
 
 
 def no_reward(state, number):
