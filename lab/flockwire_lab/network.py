@@ -134,18 +134,9 @@ class VirtualLink(DirectedLink):
         load, self.load = self.load, []
         if self._steady:
             self._scheduler.at(self._scheduler.now + self._delay, self._deliver, load)
-        elif self.passable:
-            self._depart(load)
-
-    def _update(self) -> None:
-        super()._update()
-        now = self.conditions
-        self._delay = round(now.delay * SECOND)
-        # A link keeps its order under changing conditions, so it must know the arrival of its last load.
-        self._steady = not (self._disturbances or now.jitter or now.loss or now.reordering)
-        self._steady = self._steady and self._rare is None and self._last_arrival <= self._scheduler.now + self._delay
-
-    def _depart(self, load: list[Parcel]) -> None:
+            return
+        if not self.passable:
+            return
         now, chance, conditions = self._scheduler.now, self._random.random, self.conditions
         travel = self._delay + (round(chance() * conditions.jitter * SECOND) if conditions.jitter else 0)
         if self._rare is not None:
@@ -156,6 +147,14 @@ class VirtualLink(DirectedLink):
             travel += self._rare.late_message()
         self._last_arrival = max(now + travel, self._last_arrival)
         self._spread(load, self._last_arrival)
+
+    def _update(self) -> None:
+        super()._update()
+        now = self.conditions
+        self._delay = round(now.delay * SECOND)
+        # A link keeps its order under changing conditions, so it must know the arrival of its last load.
+        self._steady = not (self._disturbances or now.jitter or now.loss or now.reordering)
+        self._steady = self._steady and self._rare is None and self._last_arrival <= self._scheduler.now + self._delay
 
     def _spread(self, load: list[Parcel], arrival: int) -> None:
         """Let a load arrive together, but for what is lost or held back."""
