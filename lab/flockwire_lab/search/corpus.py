@@ -47,18 +47,13 @@ class Corpus:
 
     def worse(self, entry: Entry) -> list[str]:
         """Return, in words, of which properties the margin of a flight of it is less than in any flight before."""
-        if not self.has(entry):
-            return []
-        found = entry.judged.margins.items()
-        return [
-            f"{name}: {margin.what} at {margin.at:.2f} s, margin {margin.value:.3f}, {self._before(name)}"
-            for name, margin in found
-            if margin.value < min(self.least.get(name, inf), USUAL.get(name, 1.0))
-        ]
-
-    def _before(self, name: str) -> str:
-        least = self.least.get(name)
-        return f"{'none' if least is None else f'at least {least:.3f}'} in {self.count} flights before"
+        lines = []
+        for name, margin in entry.judged.margins.items() if self.has(entry) else ():
+            if margin.value < min(self.least.get(name, inf), USUAL.get(name, 1.0)):
+                before = f"at least {self.least[name]:.3f}" if name in self.least else "none"
+                what = f"{name}: {margin.what} at {margin.at:.2f} s, margin {margin.value:.3f}"
+                lines.append(f"{what}, {before} in {self.count} flights before")
+        return lines
 
 
 @dataclass(frozen=True, slots=True)

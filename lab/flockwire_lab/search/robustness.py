@@ -34,24 +34,17 @@ def _all(flown: Flown, bounds: Bounds) -> Iterator[tuple[str, Margin]]:
         yield from _distances(flown, bounds)
         for owner in flown.times:
             yield from _of_drone(flown, owner, bounds)
-    yield from _formed(flown)
-    for what in flown.deviations[:1]:
-        yield "protocol", Margin(-1.0, 0.0, what.split()[0], what)
-    for since, owner in flown.refused:
-        yield (
-            "order",
-            Margin(1.0 - since / bounds.obeyed, since, owner, f"takes off {since:.2f} s after a landing was ordered"),
-        )
-    yield from _end(flown, bounds)
-
-
-def _formed(flown: Flown) -> Iterator[tuple[str, Margin]]:
-    """Yield the margins of the formation, where it is owed: its time, and its errors at the end."""
     for owed_for, bound in flown.formed:
         yield "formation", Margin(1.0 - owed_for / bound, owed_for, "", f"not in formation for {owed_for:.1f} s")
     for owner, (at, error) in flown.tails.items():
         tail = flown.swarm.checks.formation_tail
         yield "tail", Margin(1.0 - error / tail, at, owner, f"{owner} {error:.3f} m from its place")
+    for what in flown.deviations[:1]:
+        yield "protocol", Margin(-1.0, 0.0, what.split()[0], what)
+    for since, owner in flown.refused:
+        what = f"takes off {since:.2f} s after a landing was ordered"
+        yield "order", Margin(1.0 - since / bounds.obeyed, since, owner, what)
+    yield from _end(flown, bounds)
 
 
 def _end(flown: Flown, bounds: Bounds) -> Iterator[tuple[str, Margin]]:
