@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Callable, Iterator
+from functools import partial
 from itertools import chain, count
 from random import Random
 from typing import NamedTuple
@@ -25,7 +26,7 @@ from flockwire_lab.faults.injection import FaultInjector
 from flockwire_lab.faults.kinds import Fault
 from flockwire_lab.network import Conditions, DatagramNetwork, VirtualLink
 from flockwire_lab.operator import ScriptedSteering, VirtualOperator
-from flockwire_lab.process import MakeCore, Outlet, Tap, VirtualProcess
+from flockwire_lab.process import Outlet, Tap, VirtualProcess
 from flockwire_lab.rare import Rare, RareBranches
 from flockwire_lab.virtual_time import LocalClock, Scheduler
 
@@ -138,26 +139,22 @@ class World:
     def _processes(self) -> dict[str, VirtualProcess]:
         return {
             identity: VirtualProcess(
-                self.plan, identity, self._maker(identity), self._clock(identity), self.scheduler, self._network,
-                self._seed, self._tap, self._branches(identity),
+                self.plan, identity, partial(self._make, identity), self._clock(identity), self.scheduler,
+                self._network, self._seed, self._tap, self._branches(identity),
             )
             for identity in self.plan.identities
             if identity not in self.plan.routers
             and (identity in self.plan.started or identity in self._seated)
         }  # fmt: skip
 
-    def _maker(self, identity: str) -> MakeCore:
+    def _make(self, identity: str, now: int, starts: int) -> Core:
         if identity in self._seated:
-            return lambda _, __: self._seated[identity]
-
-        def make(now: int, starts: int) -> Core:
-            chance = Random(f"{self.swarm.gateway.seed} {self._seed} {identity} {starts}")  # noqa: S311  (noise)
-            stopwatch = self._stopwatches[identity] = Stopwatch(clock.monotonic, 1.0 / self.swarm.control.rate_hz)
-            store = self._stores.setdefault(identity, MemoryStore())
-            core = make_core(Start(self.plan, identity, now, chance, stopwatch, store, law=self._law))
-            return faulty(core, self._faults, self.plan, identity, self._faulty.took_off)
-
-        return make
+            return self._seated[identity]
+        chance = Random(f"{self.swarm.gateway.seed} {self._seed} {identity} {starts}")  # noqa: S311  (noise)
+        stopwatch = self._stopwatches[identity] = Stopwatch(clock.monotonic, 1.0 / self.swarm.control.rate_hz)
+        store = self._stores.setdefault(identity, MemoryStore())
+        core = make_core(Start(self.plan, identity, now, chance, stopwatch, store, law=self._law))
+        return faulty(core, self._faults, self.plan, identity, self._faulty.took_off)
 
     def _clock(self, identity: str) -> LocalClock:
         # Processes of a host share its clock.
