@@ -166,8 +166,6 @@ class World:
         return LocalClock(EPOCH, nanoseconds(offset), nanoseconds(drift))
 
     def _connect(self) -> None:
-        table = self.swarm.sim
-        usual = Conditions(table.delay, table.jitter, table.loss, table.reordering)
         places = {identity: {key: k for k, key in enumerate(p.subscribed)} for identity, p in self.processes.items()}
         for key, publishers, subscribers in self.plan.flows:
             for publisher in publishers:
@@ -177,12 +175,13 @@ class World:
                 for subscriber in subscribers:
                     if subscriber != publisher and key in places.get(subscriber, ()):
                         ends = (publisher, subscriber)
-                        link = self.links.get(ends) or self._link(ends, usual)
+                        link = self.links.get(ends) or self._link(ends)
                         outlet.readers.append((link, places[subscriber][key]))
 
-    def _link(self, ends: tuple[str, str], usual: Conditions) -> VirtualLink:
-        judged = any(end in self.plan.operators for end in ends)  # who judges the flight receives everything
-        conditions = Conditions(usual.delay) if judged else usual
+    def _link(self, ends: tuple[str, str]) -> VirtualLink:
+        table, conditions = self.swarm.sim, Conditions(self.swarm.sim.delay)
+        if not any(end in self.plan.operators for end in ends):  # who judges the flight receives everything
+            conditions = Conditions(table.delay, table.jitter, table.loss, table.reordering)
         deliver, branches = self.processes[ends[1]].deliver, self._branches(" > ".join(ends))
         self.links[ends] = VirtualLink(ends, conditions, self._seed, self.scheduler, deliver, branches)
         return self.links[ends]
