@@ -91,13 +91,10 @@ class Findings:
 def find(swarm: Swarm, plan: Study, results: Sequence[Result]) -> Findings:
     """Return the findings of the plan's runs, in any order; runs beyond `plan.runs` are ignored."""
     counted = sorted((r for r in results if r.run < plan.runs), key=lambda r: (r.point, r.run))
-    rows = []
-    for number, point in enumerate(plan.points):
-        here = [result for result in counted if result.point == number]
-        if here:
-            rows.append(_row(point, here))
+    flown = [[result for result in counted if result.point == number] for number in range(len(plan.points))]
+    rows = tuple(_row(point, here) for point, here in zip(plan.points, flown, strict=True) if here)
     worst = sorted(counted, key=_goodness)[:5]
-    return Findings(swarm.name, plan, tuple(rows), tuple(counted), tuple(worst))
+    return Findings(swarm.name, plan, rows, tuple(counted), tuple(worst))
 
 
 def write_worst(findings: Findings, table: Table, out: Path) -> None:
