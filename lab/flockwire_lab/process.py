@@ -173,9 +173,8 @@ class VirtualProcess:
             slot, sample = self._each.popleft()
             slot.sample = sample
             self._arrived(slot)
-        unread, self._unread = self._unread, deque(maxlen=UNREAD)
-        for datagram in unread:
-            self._take_datagram(datagram)
+        while self._unread:
+            self._take_datagram(self._unread.popleft())
 
     def deliver(self, load: list[Parcel]) -> None:
         """Receive messages that arrived together."""
