@@ -33,13 +33,12 @@ class FaultyCore:
         self._core, self._faults, self._took_off = core, faults, took_off
         self._stand_in: Any = getattr(core, "source", core)  # what has conditions
         self._usual = getattr(self._stand_in, "conditions", None)
-        for fault in faults:
-            fault.prepare(self._stand_in)
         swarm = plan.swarm
         self._highest = airborne + max((swarm.drone(i).start[2] for i in swarm.flying), default=0.0)
         self._walking = frozenset(map(uav, swarm.walking))
         self._edits: dict[Key, list[Fault]] = {}  # what edits the messages of a key
         for fault in faults:
+            fault.prepare(self._stand_in)
             for kind in fault.edits:
                 for drone in {*fault.named_drones().values()}:
                     self._edits.setdefault(Key(kind, uav(drone)), []).append(fault)

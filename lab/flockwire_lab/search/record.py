@@ -42,7 +42,6 @@ class Recorder:
         self.begin: Callable[[], object] = lambda: None
         self.reactions: dict[str, float] = {}  # of pilots and drivers, by code: when each came first, s
         self._swarm, self._say = plan.swarm, say
-        self._stale = plan.swarm.limits.staleness
         self._pilots = {identity: uav(drone) for drone, identity in plan.pilots.items()}
         self._taken = TraceInMemory(plan.swarm, 0)
         self.took_off: int | None = None  # when the first order was given, Unix ns
@@ -186,7 +185,7 @@ class Recorder:
             self._reached(report.code)
 
     def _telemetry(self, owner: str, message: Telemetry) -> None:
-        stale = self._stale
+        stale = self._swarm.limits.staleness
         self._telemetries[owner].append((self._at, message))
         if message.state is FlightState.FLYING and message.command_age > stale.command_zero:
             self._reached(DRIVER_STOPS)
