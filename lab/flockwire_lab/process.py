@@ -8,22 +8,27 @@ from hashlib import blake2b
 from typing import Final
 
 from flockwire_core.compiling import mypyc_attr
+from flockwire_core.domain.law_message import LawMessage
 from flockwire_core.domain.record import Record
+from flockwire_core.domain.signals import Signals
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.cores import Core, Datagram, Networked
 from flockwire_core.process.stepping import Resources, StatusPublisher, Stepper, prompt_keys, tick_period
 from flockwire_core.process.timekeeping import is_known, patience, timekeeping
-from flockwire_core.wire.codec import CODECS, Message
+from flockwire_core.wire.codec import Message
 from flockwire_core.wire.inbox import inbox_of, publisher_of
 from flockwire_core.wire.keys import ROWS, Key, KeyRow
 from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.sighting import Sighting
 
+from flockwire_lab.faults.faulty_core import FaultyCore
 from flockwire_lab.network import DatagramNetwork, Parcel, Sample, Slot, VirtualLink
 from flockwire_lab.rare import RareBranches
 from flockwire_lab.virtual_time import LocalClock, Scheduler
 
 UNREAD = 256  # datagrams in the socket of a frozen process
 POLL = SECOND // 50  # ns between two checks for swarm time
+SEALED = (LawMessage, Sighting, Signals)  # what users' laws fill, and what keeps to their information
 
 
 @mypyc_attr(acyclic=True)
@@ -53,7 +58,7 @@ class Outlet:
 
     def __init__(self, plan: Plan, key: Key) -> None:
         self.row: KeyRow = ROWS[key.kind]
-        self.encode = CODECS[self.row.message].encode
+        self.sealed = self.row.message in SEALED
         self.topic = f"/{plan.text(key)}"
         self.sequence, self.publisher = 0, b""
         self.readers: list[tuple[VirtualLink, int]] = []
@@ -96,7 +101,7 @@ class VirtualProcess:
         self.clock.correct(0)
         now = self._now = self.clock.read(self._scheduler.now)
         self._starts += 1
-        self.alive, self._frozen, self._missed = True, False, 0
+        self.alive, self._frozen, self._edited, self._missed = True, False, False, 0
         self._told = self._retired = False
         self._networked: Networked | None = None
         self._stepper: Stepper | None = None  # None until swarm time is known
@@ -131,6 +136,7 @@ class VirtualProcess:
         """Run the core from now on."""
         timekeeping = self._timekeeping
         core = self._core = self._make_core(self._now, self._starts - 1)
+        self._edited = isinstance(core, FaultyCore)
         if isinstance(core, Networked) and core.sockets:
             self._networked = core
             for address in core.sockets:
@@ -245,10 +251,10 @@ class VirtualProcess:
         return self._core.may_end(now)
 
     def _publish(self, messages: Iterable[tuple[Key, Message]]) -> None:
-        now, loaded, tap = self._now, self._loaded, self._tap
+        now, loaded, tap, edited = self._now, self._loaded, self._tap, self._edited
         for key, message in messages:
             outlet = self.outlets[key]
-            sample = Sample(outlet.row, outlet.encode(message), outlet.sequence, now, outlet.publisher)
+            sample = Sample(outlet.row, message, outlet.sequence, now, outlet.publisher, edited or outlet.sealed)
             outlet.sequence += 1
             for link, place in outlet.readers:
                 load = link.load

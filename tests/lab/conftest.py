@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import pytest
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
-from flockwire_core.wire.codec import Message
+from flockwire_core.wire.codec import Message, decode
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import Status
 from flockwire_lab.faults.file import parse_faults
@@ -37,6 +37,15 @@ class Flown:
             if not told or told[-1][1:] != state:
                 told.append((t, *state))
         return told
+
+    def differing(self) -> dict[str, tuple[str, str]]:
+        """Return the first published message of each kind that its bytes do not give again, and what they give."""
+        differing: dict[str, tuple[str, str]] = {}
+        for _, published, message in self.published:
+            arrived = decode(type(message), published.sample.payload)
+            if repr(arrived) != repr(message) or hash(arrived) != hash(message):  # only what cannot change has a hash
+                differing.setdefault(published.key.kind, (repr(message), repr(arrived)))
+        return differing
 
 
 @pytest.fixture(scope="session")

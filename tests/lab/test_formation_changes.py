@@ -59,6 +59,10 @@ def flown(fly, make_plan):
     return found
 
 
+def test_orders_of_changes_arrive_as_their_bytes_say(flown):
+    assert flown.differing() == {}
+
+
 def times(flown, verb):
     """Return when, s after take-off, each change began and ended."""
     orders = {order: t for t, order in reversed(flown.of("mission", "")) if order.verb == verb}

@@ -6,7 +6,9 @@ from random import Random
 from statistics import fmean
 
 import pytest
+from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
+from flockwire_core.domain.vector import ZERO
 from flockwire_core.wire.keys import ROWS
 from flockwire_lab.network import HELD_BACK, Conditions, Sample, VirtualLink
 from flockwire_lab.rare import Rare, RareBranches
@@ -24,7 +26,7 @@ def carry(link_of, count: int = COUNT, kind: str = "pose", during=lambda k, link
 
     def send(number: int) -> None:
         during(number, link)
-        link.load.append((number, Sample(ROWS[kind], b"", 0, 0, b"")))
+        link.load.append((number, Sample(ROWS[kind], Pose(0, "", ZERO), 0, 0, b"", False)))
         link.depart()
 
     for number in range(count):

@@ -17,6 +17,7 @@ def test_the_formation_follows_a_steered_leader_and_stops_with_it(fly):
         CHANGES, duration=12.0, prepare=lambda world: world.seat("teleop", ScriptedSteering(world.swarm, script))
     )
     assert flown.outcome.failure == ""
+    assert flown.differing() == {}
     places = [(p.at, message.position) for _, p, message in flown.published if p.key == ("truth", "uav0")]
     (x, y, _) = next(place for at, place in places if at >= lost + SECOND)
     assert x > 1.0

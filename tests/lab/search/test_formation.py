@@ -6,7 +6,6 @@ import pytest
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
-from flockwire_core.wire.codec import CODECS
 from flockwire_core.wire.keys import ROWS, Key
 from flockwire_core.wire.plan import Plan
 from flockwire_lab.network import Sample
@@ -36,7 +35,7 @@ def test_a_follower_is_judged_by_the_place_that_it_holds_by_the_auction(make_swa
 
 
 def published(key, message, stamp):
-    sample = Sample(ROWS[key.kind], CODECS[type(message)].encode(message), 0, stamp, b"")
+    sample = Sample(ROWS[key.kind], message, 0, stamp, b"", False)
     return Published(stamp, key, "", sample)
 
 
