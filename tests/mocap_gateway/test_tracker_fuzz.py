@@ -15,11 +15,9 @@ from flockwire_mocap.natnet.packets import (
     HEADER,
     NEWEST,
     RIGID_BODY,
-    BodyDescription,
     Kind,
     MocapFrame,
     ServerInfo,
-    Stamps,
     Version,
     encode,
     encode_command,
@@ -33,7 +31,7 @@ from flockwire_mocap.tracking import ReportedBody
 from flockwire_mocap.vrpn.connection import PoseBody, VrpnConnection, VrpnMessage
 from flockwire_mocap.vrpn.connection import encode as encode_vrpn
 from flockwire_mocap.vrpn.source import Reports
-from flockwire_twins.trackers.natnet import NatNetTwin, TwinOptions
+from flockwire_twins.trackers.natnet import NatNetTwin, announced
 
 VERSIONS: tuple[Version, ...] = ((3, 0), (3, 1), (4, 0), (4, 1), (4, 2), (4, 5))
 EXTREMES = (b"\xff\xff\xff\x7f", b"\xff\xff\xff\xff", b"\0\0\0\x80", b"\0\0\0\0", b"\0\0\xc0\x7f", b"\x01\0\0\0")
@@ -92,12 +90,13 @@ def natnet_corpus(version: Version) -> list[bytes]:
         *[(1, channels)] * 2,  # force plates, devices
         *([(1, bytes(32)), (1, bytes(8))] if version >= NEWEST else []),  # IMU, GPIO
     ]
-    stamps = Stamps(12.5, 1000, 2000)
     info = ServerInfo("Motive", (*version, 0, 0), (*version, 0, 0), 10_000_000, 1511, True, "239.255.42.99")
     return [
         encode_server_info(info),
-        encode_model([BodyDescription(i, f"body{i}") for i in range(4)], version),
-        filled(encode_frame(MocapFrame(17, bodies, stamps, 0), version), len(bodies), before, behind, version),
+        encode_model({i: f"body{i}" for i in range(4)}, version),
+        filled(
+            encode_frame(MocapFrame(17, bodies, 12.5, 1000, 2000, 0), version), len(bodies), before, behind, version
+        ),
         encode(Kind.RESPONSE, b"Bitstream,3.0\0"),
     ]
 
@@ -119,7 +118,7 @@ def natnet_client(dice: Random) -> Step:
 
 def natnet_server(dice: Random) -> Step:
     """Return a step of a server that a mad client talks to."""
-    twin = NatNetTwin(TwinOptions((4, 5)), {1: "one", 2: "two"})
+    twin = NatNetTwin(announced((4, 5)), {1: "one", 2: "two"})
     plain = [encode(kind) for kind in (Kind.REQUEST_MODEL, Kind.KEEP_ALIVE, Kind.DISCONNECT)]
     corpus = [encode_connect(), encode_command("Bitstream,3.1"), encode_command("Bitstream"), *plain]
 

@@ -12,7 +12,7 @@ from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 from flockwire_mocap.vrpn.connection import PoseBody, VrpnConnection
 from flockwire_mocap.vrpn.source import SET_BACK
 from flockwire_twins.trackers.core import TwinCore
-from flockwire_twins.trackers.natnet import NatNetTwin, TwinOptions
+from flockwire_twins.trackers.natnet import NatNetTwin, announced
 
 NOW = 1_790_000_000 * SECOND
 FRAME = SECOND // 100
@@ -27,11 +27,14 @@ def truths(core, now, places=PLACES):
     return core.due(Key("truth", "uav4"))
 
 
-def converse(start, frames=3, options=None, twin=None, **gateway):
+def converse(start, frames=3, named=True, twin=None, **gateway):
     """Let a twin serve `frames` frames to a NatNet gateway in virtual time; returns the gateway's core."""
     begun = start("tracker-sim", source="natnet", twin=twin or {}, **gateway)
     simulated, core = TwinCore(begun), make_core(start(source="natnet", twin=twin or {}, **gateway))
-    session, server = core.source.session, NatNetTwin(options or TwinOptions((4, 1)), simulated.names)
+    session, server = (
+        core.source.session,
+        NatNetTwin(announced((4, 1) if named else (4, 5)), simulated.names if named else {}),
+    )
     sent = []
     simulated.serve(sent.append)
     for k in range(frames):
@@ -80,9 +83,7 @@ def test_renamed_bodies_are_named_with_the_remedy(start):
 
 def test_bodies_without_names_are_found_by_their_numbers(start):
     numbered = {f"drones.{i}.body": i for i in range(5)}
-    core, now = converse(
-        lambda *a, **k: start(*a, changes=numbered, **k), options=TwinOptions((4, 5), answers_model=False)
-    )
+    core, now = converse(lambda *a, **k: start(*a, changes=numbered, **k), named=False)
     assert {key.owner for key, _ in core.step(now) if key.kind == "pose"} == {uav(i) for i in PLACES}
 
 

@@ -6,7 +6,7 @@ ticks are those of the server's clock, whose frequency the server info gives.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Mapping
 from enum import IntEnum
 from struct import Struct, pack
 from typing import NamedTuple
@@ -71,34 +71,24 @@ class ServerInfo(NamedTuple):
         return self.natnet_version[:2]
 
 
-class BodyDescription(NamedTuple):
-    """The name of a rigid body, by its number."""
-
-    identity: int
-    name: str
-
-
 class ModelDefinition(NamedTuple):
-    """The rigid bodies that the server streams; not `complete` if a description could not be read."""
+    """The names of the rigid bodies by number; not `complete` if a description could not be read."""
 
-    bodies: tuple[BodyDescription, ...]
+    names: dict[int, str]
     complete: bool
 
 
-class Stamps(NamedTuple):
-    """A frame's times: s since the stream began, and ticks (0: not known)."""
-
-    timestamp: float
-    mid_exposure: int
-    transmitted: int
-
-
 class MocapFrame(NamedTuple):
-    """The rigid bodies, which have no names yet, and the stamps of a frame of motion capture data."""
+    """A frame of motion capture data.
+
+    Its rigid bodies have no names yet. Its times are s since the stream began, and ticks (0: not known).
+    """
 
     number: int
     bodies: tuple[ReportedBody, ...]
-    stamps: Stamps
+    timestamp: float
+    mid_exposure: int
+    transmitted: int
     parameters: int
 
 
@@ -195,9 +185,9 @@ def encode_server_info(info: ServerInfo) -> bytes:
     return encode(Kind.SERVER_INFO, head + CONNECTION.pack(info.clock_frequency, info.data_port, info.multicast, group))
 
 
-def encode_model(bodies: Iterable[BodyDescription], version: Version) -> bytes:
-    """Return the model definition of rigid bodies without markers."""
-    descriptions = [_description(body, version) for body in bodies]
+def encode_model(names: Mapping[int, str], version: Version) -> bytes:
+    """Return the model definition of rigid bodies, by number, without markers."""
+    descriptions = [_description(identity, name, version) for identity, name in names.items()]
     return encode(Kind.MODEL, pack("<i", len(descriptions)) + b"".join(descriptions) + END)
 
 
@@ -207,8 +197,7 @@ def encode_frame(frame: MocapFrame, version: Version) -> bytes:
     size, empty = (pack("<I", len(bodies)), bytes(8)) if version >= COUNTED else (b"", bytes(4))
     behind = 4 + (version >= COUNTED) + 2 * (version >= NEWEST)  # of all versions; assets; IMU and GPIO
     sections = 2 * empty + pack("<I", len(frame.bodies)) + size + bodies + behind * empty
-    suffix = _suffix(frame.stamps, frame.parameters, version)
-    return encode(Kind.FRAME, pack("<i", frame.number) + sections + suffix + END)
+    return encode(Kind.FRAME, pack("<i", frame.number) + sections + _suffix(frame, version) + END)
 
 
 def _body(body: ReportedBody) -> bytes:
@@ -216,16 +205,16 @@ def _body(body: ReportedBody) -> bytes:
     return RIGID_BODY.pack(body.identity, *body.position, *body.orientation, 0.0, flags)
 
 
-def _suffix(stamps: Stamps, parameters: int, version: Version) -> bytes:
-    received = (stamps.mid_exposure + stamps.transmitted) // 2
-    common = (0, 0, stamps.timestamp, stamps.mid_exposure, received, stamps.transmitted)  # without a timecode
+def _suffix(frame: MocapFrame, version: Version) -> bytes:
+    received = (frame.mid_exposure + frame.transmitted) // 2
+    common = (0, 0, frame.timestamp, frame.mid_exposure, received, frame.transmitted)  # without a timecode
     if version >= ADJUSTABLE:  # the vendor's sample clients read the precision from 4.0 on
-        return PRECISE_SUFFIX.pack(*common, 0, 0, parameters)
-    return SUFFIX.pack(*common, parameters)
+        return PRECISE_SUFFIX.pack(*common, 0, 0, frame.parameters)
+    return SUFFIX.pack(*common, frame.parameters)
 
 
-def _description(body: BodyDescription, version: Version) -> bytes:
+def _description(identity: int, name: str, version: Version) -> bytes:
     """Return a rigid body's description: no parent, no offset, no turn, no markers."""
     turn = pack("<4f", *LEVEL) if version >= TURNED else b""
-    data = body.name.encode() + b"\0" + pack("<ii3f", body.identity, -1, 0.0, 0.0, 0.0) + turn + pack("<i", 0)
+    data = name.encode() + b"\0" + pack("<ii3f", identity, -1, 0.0, 0.0, 0.0) + turn + pack("<i", 0)
     return pack("<i", 1) + (pack("<I", len(data)) if version >= COUNTED else b"") + data

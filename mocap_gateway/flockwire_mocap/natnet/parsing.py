@@ -8,8 +8,6 @@ used. Only rigid bodies and stamps are read.
 
 from __future__ import annotations
 
-from struct import Struct
-
 from flockwire_mocap.natnet.model import read_model
 from flockwire_mocap.natnet.packets import (
     ADJUSTABLE,
@@ -34,21 +32,31 @@ from flockwire_mocap.natnet.packets import (
     RemoteCommand,
     Response,
     ServerInfo,
-    Stamps,
     Version,
 )
-from flockwire_mocap.natnet.reader import MalformedError, PacketReader
+from flockwire_mocap.natnet.reader import TEXT, Layout, MalformedError, PacketReader
 from flockwire_mocap.tracking import ReportedBody
 
-MARKER, LABELLED_MARKER = 12, 26  # bytes of x y z; of id, x y z, size, parameters, residual
-_IDENTITY = Struct("<i")
+_MARKERS: Layout = (12,)  # each x y z
+_CHANNELS: Layout = (4, ((4,),))  # id, and of each channel its samples
+BEFORE_BODIES: Layout = ((TEXT, _MARKERS), _MARKERS)  # marker sets, other markers
+# Skeletons; labelled markers, each id, x y z, size, parameters, residual; force plates; devices.
+AFTER_BODIES: Layout = ((4, (RIGID_BODY.size,)), (26,), _CHANNELS, _CHANNELS)
 
 
 def parse(datagram: bytes, version: Version | None) -> Packet:
     """Return a server's packet; frames and models need the `version` of the stream, None if not known."""
     try:
         kind, body = _open(datagram)
-        return _read(kind, body, version)
+        if kind == Kind.SERVER_INFO:
+            return _read_server_info(body)
+        if kind == Kind.RESPONSE:
+            return Response(None, body.integer()) if body.remaining == 4 else Response(_loose_text(body), None)
+        if kind not in {Kind.FRAME, Kind.MODEL}:
+            return Other(kind)
+        if version is None:
+            return Rejected("the version of the stream is not known yet")
+        return read_frame(body, version) if kind == Kind.FRAME else read_model(body, version)
     except MalformedError as error:
         return Rejected(str(error))
 
@@ -81,16 +89,6 @@ def _open(datagram: bytes) -> tuple[int, PacketReader]:
     return kind, reader.part(length)
 
 
-def _read(kind: int, body: PacketReader, version: Version | None) -> Packet:
-    if kind in {Kind.FRAME, Kind.MODEL}:
-        if version is None:
-            return Rejected("the version of the stream is not known yet")
-        return read_frame(body, version) if kind == Kind.FRAME else read_model(body, version)
-    if kind == Kind.SERVER_INFO:
-        return _read_server_info(body)
-    return _read_response(body) if kind == Kind.RESPONSE else Other(kind)
-
-
 def _read_server_info(body: PacketReader) -> ServerInfo:
     """Read name, versions and, from 3.0 on, clock and connection."""
     name, *versions = body.unpack(SENDER)
@@ -101,12 +99,6 @@ def _read_server_info(body: PacketReader) -> ServerInfo:
     a, b, c, d, *natnet = versions
     e, f, g, h = natnet
     return ServerInfo(text, (a, b, c, d), (e, f, g, h), frequency, port, bool(multicast), ".".join(map(str, group)))
-
-
-def _read_response(body: PacketReader) -> Response:
-    if body.remaining == 4:
-        return Response(None, body.integer())
-    return Response(_loose_text(body), None)
 
 
 def _loose_text(body: PacketReader) -> str:
@@ -120,8 +112,7 @@ def read_frame(reader: PacketReader, version: Version) -> MocapFrame:
     """Read the body of a frame packet; raises MalformedError."""
     number = reader.integer()
     bodies = _counted_sections(reader) if version >= COUNTED else _walked_sections(reader)
-    stamps, parameters = _suffix(reader, version)
-    return MocapFrame(number, bodies, stamps, parameters)
+    return MocapFrame(number, bodies, *_suffix(reader, version))
 
 
 def _counted_sections(reader: PacketReader) -> tuple[ReportedBody, ...]:
@@ -147,20 +138,9 @@ def _counted_bodies(count: int, section: PacketReader) -> tuple[ReportedBody, ..
 
 
 def _walked_sections(reader: PacketReader) -> tuple[ReportedBody, ...]:
-    for _ in range(reader.count(5)):  # marker sets
-        reader.text()
-        reader.skip_array(MARKER)
-    reader.skip_array(MARKER)  # other markers
+    reader.pass_over(BEFORE_BODIES)
     bodies = tuple(_body(reader) for _ in range(reader.count(RIGID_BODY.size)))
-    for _ in range(reader.count(8)):  # skeletons
-        reader.unpack(_IDENTITY)
-        reader.skip_array(RIGID_BODY.size)
-    reader.skip_array(LABELLED_MARKER)
-    for _ in ("force plates", "devices"):
-        for _ in range(reader.count(8)):
-            reader.unpack(_IDENTITY)
-            for _ in range(reader.count(4)):  # channels
-                reader.skip_array(4)
+    reader.pass_over(AFTER_BODIES)
     return bodies
 
 
@@ -169,8 +149,8 @@ def _body(reader: PacketReader) -> ReportedBody:
     return ReportedBody(identity, None, (x, y, z), (qx, qy, qz, qw), bool(parameters & TRACKING_VALID))
 
 
-def _suffix(reader: PacketReader, version: Version) -> tuple[Stamps, int]:
+def _suffix(reader: PacketReader, version: Version) -> tuple[float, int, int, int]:
     """Read the suffix. Sources disagree whether 4.0 has the precision fields: the number of remaining bytes decides."""
     precise = version >= COUNTED or (version >= ADJUSTABLE and reader.remaining >= PRECISE_SUFFIX.size)
     _, _, timestamp, exposed, _, sent, *_, parameters = reader.unpack(PRECISE_SUFFIX if precise else SUFFIX)
-    return Stamps(timestamp, exposed, sent), parameters
+    return timestamp, exposed, sent, parameters

@@ -5,6 +5,10 @@ from __future__ import annotations
 from struct import Struct
 from typing import Any
 
+TEXT = "text"
+Layout = tuple["int | str | Layout", ...]
+"""Fields to pass over: so many bytes; TEXT up to its NUL; an i32 count and as many elements of a layout."""
+
 _INTEGER = Struct("<i")
 _SECTION = Struct("<II")
 
@@ -51,9 +55,16 @@ class PacketReader:
             raise MalformedError(f"{count} elements are announced, {self.remaining} bytes are left")
         return count
 
-    def skip_array(self, size: int) -> None:
-        """Pass over an i32 count and as many elements of `size` bytes."""
-        self.skip(self.count(size) * size)
+    def pass_over(self, layout: Layout) -> None:
+        """Pass over the fields of `layout`."""
+        for field in layout:
+            if isinstance(field, int):
+                self.skip(field)
+            elif isinstance(field, str):
+                self.text()
+            else:
+                for _ in range(self.count(1)):
+                    self.pass_over(field)
 
     def text(self) -> str:
         """Read text up to its NUL; what is not UTF-8 is replaced."""

@@ -19,7 +19,6 @@ from flockwire_mocap.natnet.packets import (
     Rejected,
     Response,
     ServerInfo,
-    Stamps,
     Version,
     can_adjust,
     encode,
@@ -151,7 +150,7 @@ class NatNetSession:
                 self.info, self.adjusted, self.answered_at = packet, False, now
             case ModelDefinition():
                 self._model.wanted = not packet.complete
-                self.names = dict(packet.bodies)
+                self.names = packet.names
             case Response():
                 self._response(packet)
             case Rejected():
@@ -182,7 +181,7 @@ class NatNetSession:
             changed = frame.parameters & MODELS_CHANGED or self.counts[MISSING] > missing
             if changed or (now >= again and self._lacks_names(frame)):
                 self._model = _Request(due=again)
-        captured, transmitted = self._times(frame.stamps)
+        captured, transmitted = self._times(frame)
         return TrackerFrame(frame.number, captured, transmitted, tuple(map(self._body, frame.bodies)))
 
     def _lacks_names(self, frame: MocapFrame) -> bool:
@@ -197,13 +196,13 @@ class NatNetSession:
             tracked = False
         return ReportedBody(body.identity, self.names.get(body.identity), body.position, body.orientation, tracked)
 
-    def _times(self, stamps: Stamps) -> tuple[int, int]:
+    def _times(self, frame: MocapFrame) -> tuple[int, int]:
         """Return when the frame was captured and sent, ns of one clock: the ticks, or the time stamp without them."""
         frequency = self.info.clock_frequency if self.info is not None else 0
-        if not frequency or not stamps.transmitted:
-            seconds = stamps.timestamp
+        if not frequency or not frame.transmitted:
+            seconds = frame.timestamp
             stamp = nanoseconds(seconds) if abs(seconds) < SECOND else 0  # NaN and nonsense fail
             return stamp, stamp
-        transmitted = stamps.transmitted * SECOND // frequency
-        known = 0 < stamps.mid_exposure <= stamps.transmitted
-        return (stamps.mid_exposure * SECOND // frequency if known else transmitted), transmitted
+        transmitted = frame.transmitted * SECOND // frequency
+        known = 0 < frame.mid_exposure <= frame.transmitted
+        return (frame.mid_exposure * SECOND // frequency if known else transmitted), transmitted

@@ -13,7 +13,7 @@ from flockwire_mocap.natnet.packets import DATA_PORT, GROUP, HEADER, Kind
 from flockwire_mocap.natnet.session import NatNetSession
 from flockwire_mocap.natnet.source import trouble
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
-from flockwire_twins.trackers.natnet import TwinOptions
+from flockwire_twins.trackers.natnet import announced
 from flockwire_twins.trackers.natnet_server import NatNetServer
 from streaming import stream
 from waiting import SOON, until
@@ -39,9 +39,9 @@ def client_of(session, arrived=lambda frame, now: None):
     return NatNetClient(SimpleNamespace(session=session, arrived=arrived), lambda: None)
 
 
-async def fly(server_options, multicast, ready=lambda session: session.names == NAMES, **options):
+async def fly(info, multicast, ready=lambda session: session.names == NAMES, names=NAMES, **options):
     """Stream frames to a client; returns them, its session, and the frames as they were delivered."""
-    server = NatNetServer(server_options._replace(data_port=0), NAMES, command_port=0)
+    server = NatNetServer(info._replace(data_port=0), names, command_port=0)
     await server.open()
     session, delivered = session_of(server.command_port, multicast=multicast, **options), []
     try:
@@ -59,7 +59,7 @@ async def fly(server_options, multicast, ready=lambda session: session.names == 
 @pytest.mark.parametrize("multicast", [False, True], ids=["unicast", "multicast"])
 @pytest.mark.parametrize("version", VERSIONS)
 def test_every_frame_arrives_once_with_names(version, multicast):
-    session, delivered = asyncio.run(fly(TwinOptions(version, multicast), multicast))
+    session, delivered = asyncio.run(fly(announced(version, multicast), multicast))
     assert [frame.number for frame, _ in delivered] == list(range(FRAMES))
     assert not any(session.counts.values())
     for frame, now in delivered:
@@ -71,8 +71,8 @@ def test_every_frame_arrives_once_with_names(version, multicast):
 
 
 def test_frames_come_by_number_from_a_server_that_publishes_no_names():
-    options = TwinOptions((4, 1), answers_model=False)
-    session, delivered = asyncio.run(fly(options, False, ready=lambda session: session.info is not None))
+    info = announced((4, 1))
+    session, delivered = asyncio.run(fly(info, False, lambda session: session.info is not None, names={}))
     assert [body.identity for body in delivered[-1][0].bodies] == list(NAMES)
     assert session.names == {}
 
@@ -81,14 +81,14 @@ def test_an_older_bitstream_over_the_wire():
     def ready(session):
         return session.adjusted and session.names == NAMES
 
-    session, delivered = asyncio.run(fly(TwinOptions((4, 5)), False, ready, bitstream="3.0"))
+    session, delivered = asyncio.run(fly(announced((4, 5)), False, ready, bitstream="3.0"))
     assert session.version == (3, 0)
     assert len(delivered) == FRAMES
 
 
 def test_a_server_that_never_answers_is_read_in_the_version_that_is_set():
     async def listen():
-        server = NatNetServer(TwinOptions((4, 2), multicast=True, data_port=0), NAMES, command_port=0)
+        server = NatNetServer(announced((4, 2), multicast=True, data_port=0), NAMES, command_port=0)
         await server.open()
         session, delivered = session_of(9, multicast=True, bitstream="4.2", group=GROUP, data_port=server.data_port), []
         async with client_of(session, lambda frame, now: delivered.append(frame)):
@@ -132,7 +132,7 @@ def test_a_stranger_on_the_same_host_is_not_the_server():
 @pytest.mark.parametrize(("multicast", "shared"), [(True, True), (False, False)], ids=["multicast", "unicast"])
 def test_a_client_of_the_group_on_the_servers_host_shares_its_port(multicast, shared):
     async def listen():
-        server = NatNetServer(TwinOptions((4, 1), multicast=multicast, data_port=0), NAMES, command_port=0)
+        server = NatNetServer(announced((4, 1), multicast=multicast, data_port=0), NAMES, command_port=0)
         await server.open()
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
             client.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -150,8 +150,8 @@ def test_a_client_of_the_group_on_the_servers_host_shares_its_port(multicast, sh
 @pytest.mark.parametrize("bitstream", [None, "4.1"])
 def test_a_group_that_the_server_has_not_announced_is_left(bitstream):
     async def eavesdrop():
-        server = NatNetServer(TwinOptions((4, 1), multicast=True, data_port=0), NAMES, command_port=0)
-        other = NatNetServer(TwinOptions((4, 1), multicast=True, data_port=DATA_PORT), NAMES, command_port=0)
+        server = NatNetServer(announced((4, 1), multicast=True, data_port=0), NAMES, command_port=0)
+        other = NatNetServer(announced((4, 1), multicast=True, data_port=DATA_PORT), NAMES, command_port=0)
         await server.open()
         await other.open()
         session, delivered = session_of(server.command_port, multicast=True, bitstream=bitstream), []
@@ -175,7 +175,7 @@ def test_the_group_is_joined_again_when_frames_stay_away(monkeypatch):
     monkeypatch.setattr("flockwire_mocap.natnet.client.SILENCE", SECOND // 5)
 
     async def replug():
-        server = NatNetServer(TwinOptions((4, 1), multicast=True, data_port=0), NAMES, command_port=0)
+        server = NatNetServer(announced((4, 1), multicast=True, data_port=0), NAMES, command_port=0)
         await server.open()
         session = session_of(server.command_port, multicast=True)
         client = client_of(session)

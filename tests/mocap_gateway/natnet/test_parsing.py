@@ -4,14 +4,12 @@ from struct import pack
 
 import pytest
 from flockwire_mocap.natnet.packets import (
-    BodyDescription,
     MocapFrame,
     ModelDefinition,
     Other,
     Rejected,
     Response,
     ServerInfo,
-    Stamps,
 )
 from flockwire_mocap.natnet.parsing import parse
 from flockwire_mocap.tracking import ReportedBody
@@ -38,7 +36,7 @@ SUFFIX = bytes.fromhex(
 )
 PRECISION = bytes.fromhex("0a000000 14000000")
 PARAMETERS, END = bytes.fromhex("0200"), bytes(4)
-STAMPS = Stamps(12.5, 1000, 2000)
+STAMPS = (12.5, 1000, 2000)
 
 
 def packet(kind, body):
@@ -62,18 +60,18 @@ def frame(version, *, tail=END, more=(), precision=None):
 
 @pytest.mark.parametrize("version", [(3, 0), (3, 1), (4, 0)])
 def test_a_frame_without_byte_counts(version):
-    assert parse(frame(version), version) == MocapFrame(4242, BODIES, STAMPS, 2)
+    assert parse(frame(version), version) == MocapFrame(4242, BODIES, *STAMPS, 2)
 
 
 @pytest.mark.parametrize("version", [(4, 1), (4, 2), (4, 4)])
 def test_a_frame_with_byte_counts(version):
-    assert parse(frame(version), version) == MocapFrame(4242, BODIES, STAMPS, 2)
+    assert parse(frame(version), version) == MocapFrame(4242, BODIES, *STAMPS, 2)
 
 
 @pytest.mark.parametrize("version", [(4, 5), (4, 6), (5, 0)])
 @pytest.mark.parametrize("more", [[(0, b""), (0, b"")], [(2, bytes(90)), (1, bytes(3))], [(1, bytes(9))] * 5])
 def test_sections_before_the_suffix_that_are_not_known_are_passed_over(version, more):
-    assert parse(frame(version, more=more), version) == MocapFrame(4242, BODIES, STAMPS, 2)
+    assert parse(frame(version, more=more), version) == MocapFrame(4242, BODIES, *STAMPS, 2)
 
 
 @pytest.mark.parametrize("version", [(3, 0), (4, 0), (4, 1), (4, 5)])
@@ -82,7 +80,7 @@ def test_the_end_marker_is_not_needed(version):
 
 
 def test_4_0_may_have_the_precision_words():
-    assert parse(frame((4, 0), precision=True), (4, 0)) == MocapFrame(4242, BODIES, STAMPS, 2)
+    assert parse(frame((4, 0), precision=True), (4, 0)) == MocapFrame(4242, BODIES, *STAMPS, 2)
 
 
 def test_fields_that_a_later_version_appends_to_each_body_are_passed_over():
@@ -90,7 +88,7 @@ def test_fields_that_a_later_version_appends_to_each_body_are_passed_over():
     parts = [(0, b""), (0, b""), (2, longer), *[(0, b"")] * 5]
     data = pack("<i", 1) + b"".join(section(*each, True) for each in parts)
     read = parse(packet(7, data + SUFFIX + PRECISION + PARAMETERS + END), (4, 2))
-    assert read == MocapFrame(1, BODIES, STAMPS, 2)
+    assert read == MocapFrame(1, BODIES, *STAMPS, 2)
 
 
 def test_bodies_that_do_not_share_their_section_evenly_are_rejected():
@@ -149,8 +147,7 @@ ALL_VERSIONS = [(3, 0), (3, 1), (4, 0), (4, 1), (4, 2), (4, 5)]
 
 @pytest.mark.parametrize("version", ALL_VERSIONS)
 def test_names_of_rigid_bodies_among_all_other_descriptions(version):
-    bodies = (BodyDescription(7, "Drone 1"), BodyDescription(12, "Person ä"))
-    assert parse(model(version), version) == ModelDefinition(bodies, complete=True)
+    assert parse(model(version), version) == ModelDefinition({7: "Drone 1", 12: "Person ä"}, complete=True)
 
 
 @pytest.mark.parametrize("version", ALL_VERSIONS)
@@ -158,7 +155,7 @@ def test_a_description_that_is_not_known_ends_the_reading_only_where_no_byte_cou
     read = parse(model(version, unknown=True), version)
     assert isinstance(read, ModelDefinition)
     assert read.complete == (version >= (4, 1))
-    assert [body.name for body in read.bodies] == (["Drone 1", "Person ä"] if read.complete else ["Drone 1"])
+    assert list(read.names.values()) == (["Drone 1", "Person ä"] if read.complete else ["Drone 1"])
 
 
 def test_server_info():

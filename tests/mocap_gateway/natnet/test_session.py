@@ -2,11 +2,9 @@ import pytest
 from flockwire_core.domain.time import SECOND
 from flockwire_core.swarm.gateway import NatNet
 from flockwire_mocap.natnet.packets import (
-    BodyDescription,
     Kind,
     MocapFrame,
     ServerInfo,
-    Stamps,
     encode,
     encode_command,
     encode_connect,
@@ -30,7 +28,7 @@ def body(identity=7, *, position=(1.0, 2.0, 3.0), orientation=UPRIGHT, tracked=T
 
 
 def frame(number=1, *bodies, version=(4, 1), parameters=0, ticks=(1000, 3000), timestamp=12.5):
-    return encode_frame(MocapFrame(number, bodies or (body(),), Stamps(timestamp, *ticks), parameters), version)
+    return encode_frame(MocapFrame(number, bodies or (body(),), timestamp, *ticks, parameters), version)
 
 
 def session(info=INFO, **options):
@@ -78,7 +76,7 @@ def test_it_asks_for_names_a_few_times_only():
 def test_it_asks_for_names_again_when_the_models_have_changed():
     told = session()
     told.requests(0)
-    told.receive(encode_model([BodyDescription(7, "one")], (4, 1)), SERVER, 1)
+    told.receive(encode_model({7: "one"}, (4, 1)), SERVER, 1)
     assert MODEL_REQUEST not in told.requests(10 * SECOND)
     told.receive(frame(1, parameters=2), SERVER, 10 * SECOND)
     assert MODEL_REQUEST in told.requests(10 * SECOND)
@@ -87,7 +85,7 @@ def test_it_asks_for_names_again_when_the_models_have_changed():
 def test_poses_come_by_number_without_a_model_and_by_name_with_one():
     told = session()
     assert told.receive(frame(1), SERVER, 0).bodies[0].fields()[:2] == (7, None)
-    told.receive(encode_model([BodyDescription(7, "one")], (4, 1)), SERVER, 0)
+    told.receive(encode_model({7: "one"}, (4, 1)), SERVER, 0)
     assert told.receive(frame(2), SERVER, 0).bodies[0].fields()[:2] == (7, "one")
 
 
@@ -195,7 +193,7 @@ class Motive:
                 is_asked = request[0] == Kind.REQUEST_MODEL
                 self.asked += is_asked
                 if is_asked and answers:
-                    model = encode_model([BodyDescription(*one) for one in self.names.items()], (4, 1))
+                    model = encode_model(self.names, (4, 1))
                     self.client.receive(model, SERVER, self.now)
             if streams and not (lost and k == 0):
                 sent = frame(self.number, *map(body, self.names), parameters=parameters if k == 0 else 0)
@@ -280,7 +278,7 @@ def test_troubles_with_what_comes():
     other.receive(frame(), "10.0.0.9", 0)
     assert "10.0.0.9" in spoken(trouble(other, 0))
     bare = session()
-    bare.receive(encode_frame(MocapFrame(1, (), Stamps(0.0, 1, 3), 0), (4, 1)), SERVER, 0)
+    bare.receive(encode_frame(MocapFrame(1, (), 0.0, 1, 3, 0), (4, 1)), SERVER, 0)
     assert "Rigid Bodies" in spoken(trouble(bare, 0))
     bare.receive(frame(2), SERVER, 0)
     assert trouble(bare, 0) is None

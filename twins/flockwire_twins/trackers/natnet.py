@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
 
 from flockwire_core.domain.time import SECOND
 from flockwire_mocap.natnet.packets import (
@@ -12,14 +11,12 @@ from flockwire_mocap.natnet.packets import (
     ECHO,
     GROUP,
     OLDEST,
-    BodyDescription,
     Connect,
     Echo,
     Kind,
     MocapFrame,
     RemoteCommand,
     ServerInfo,
-    Stamps,
     Version,
     can_adjust,
     encode,
@@ -37,21 +34,10 @@ DONE, REFUSED = bytes(4), b"\x01\x00\x00\x00"
 Address = tuple[str, int]
 
 
-class TwinOptions(NamedTuple):
-    """The options of the server.
-
-    Attributes:
-        version: of NatNet that it implements.
-        multicast: whether frames go to `group` at `data_port`, or to each client.
-        answers_model: False is a server that does not answer a request for the model definition.
-
-    """
-
-    version: Version
-    multicast: bool = False
-    data_port: int = DATA_PORT
-    group: str = GROUP
-    answers_model: bool = True
+def announced(version: Version, multicast: bool = False, data_port: int = DATA_PORT, group: str = GROUP) -> ServerInfo:
+    """Return what a server of this version announces: whether frames go to `group` at `data_port`, or each client."""
+    versions = (version[0] - 1, version[1], 0, 0), (*version, 0, 0)
+    return ServerInfo("flockwire", *versions, FREQUENCY, data_port, multicast, group)
 
 
 @dataclass(slots=True)
@@ -61,15 +47,17 @@ class _Client:
 
 
 class NatNetTwin:
-    """Answers clients, and encodes frames for them. `names` are of bodies by number.
+    """Answers clients with `info`, and encodes frames for them.
+
+    `names` are of bodies by number; without any it does not answer a request for the model definition.
 
     A unicast client from 4.0 on may request an older bitstream, in its greeting or later by a command. The answer to
     the greeting then has that version, so it is right for clients that use the answer and for those that use their
     request; Motive's choice is not documented.
     """
 
-    def __init__(self, options: TwinOptions, names: Mapping[int, str]) -> None:
-        self.options, self.names = options, names
+    def __init__(self, info: ServerInfo, names: Mapping[int, str]) -> None:
+        self.info, self.names = info, names
         self._clients: dict[Address, _Client] = {}
         self._ahead = 0  # ns, of the clock of frames before that of `now`
 
@@ -85,9 +73,8 @@ class NatNetTwin:
             return encode(Kind.ECHOED, ECHO.pack(request.number) + ECHO.pack(ticks))
         if isinstance(request, RemoteCommand):
             return self._obey(request.text, client)
-        if request == (Kind.REQUEST_MODEL,) and self.options.answers_model:
-            bodies = [BodyDescription(identity, name) for identity, name in self.names.items()]
-            return encode_model(bodies, self._version(client))
+        if request == (Kind.REQUEST_MODEL,) and self.names:
+            return encode_model(self.names, self._version(client))
         if request == (Kind.DISCONNECT,):
             self._clients.pop(client, None)
         return None
@@ -95,9 +82,9 @@ class NatNetTwin:
     def datagrams(self, frame: TrackerFrame, now: int) -> list[tuple[bytes, Address]]:
         """Return the datagrams for a frame with their addresses, at `now`, ns."""
         self._ahead = frame.transmitted - now
-        if self.options.multicast:
-            target = (self.options.group, self.options.data_port)
-            return [(encode_frame(_mocap_frame(frame), self.options.version), target)]
+        if self.info.multicast:
+            target = (self.info.group, self.info.data_port)
+            return [(encode_frame(_mocap_frame(frame), self.info.version), target)]
         self._clients = {
             address: known for address, known in self._clients.items() if now - known.received_at < LIFETIME
         }
@@ -107,28 +94,16 @@ class NatNetTwin:
         return [(datagrams[known.version], address) for address, known in self._clients.items()]
 
     def _greet(self, wanted: Version | None, client: Address, now: int) -> bytes:
-        version = wanted if wanted is not None and self._supports(wanted) else self.options.version
+        version = wanted if wanted is not None and self._supports(wanted) else self.info.version
         self._clients[client] = _Client(version, now)
-        return encode_server_info(self._info(version))
+        return encode_server_info(self.info._replace(natnet_version=(*version, 0, 0)))
 
     def _supports(self, version: Version) -> bool:
-        return can_adjust(*self.options[:2]) and OLDEST <= version <= self.options.version
-
-    def _info(self, version: Version) -> ServerInfo:
-        major, minor = version
-        return ServerInfo(
-            name="flockwire",
-            application_version=(major - 1, minor, 0, 0),
-            natnet_version=(major, minor, 0, 0),
-            clock_frequency=FREQUENCY,
-            data_port=self.options.data_port,
-            multicast=self.options.multicast,
-            group=self.options.group,
-        )
+        return can_adjust(self.info.version, self.info.multicast) and OLDEST <= version <= self.info.version
 
     def _version(self, client: Address) -> Version:
         known = self._clients.get(client)
-        return self.options.version if known is None else known.version
+        return self.info.version if known is None else known.version
 
     def _obey(self, command: str, client: Address) -> bytes:
         """Execute a command: "Bitstream" returns the client's version, "Bitstream,3.1" changes it."""
@@ -151,4 +126,4 @@ class NatNetTwin:
 def _mocap_frame(frame: TrackerFrame) -> MocapFrame:
     """Return the frame in NatNet's terms: its stamps in ticks, all bodies, lost ones too."""
     captured, transmitted = (stamp * FREQUENCY // SECOND for stamp in (frame.captured, frame.transmitted))
-    return MocapFrame(frame.number, frame.bodies, Stamps(frame.captured / SECOND, captured, transmitted), 0)
+    return MocapFrame(frame.number, frame.bodies, frame.captured / SECOND, captured, transmitted, 0)

@@ -8,17 +8,17 @@ from collections.abc import Mapping
 from typing import Any
 
 from flockwire_core import clock
-from flockwire_mocap.natnet.packets import COMMAND_PORT
+from flockwire_mocap.natnet.packets import COMMAND_PORT, ServerInfo
 from flockwire_mocap.tracking import TrackerFrame
 
-from flockwire_twins.trackers.natnet import NatNetTwin, TwinOptions
+from flockwire_twins.trackers.natnet import NatNetTwin
 
 
 class NatNetServer(asyncio.DatagramProtocol):
     """Serves frames to NatNet clients.
 
     Args:
-        options: of the server; with the data port 0, a free one is taken and announced.
+        info: what the server announces; in place of the data port 0 a free one.
         names: of bodies by number.
         address: IPv4 address of the interface to serve on; multicast leaves through it too.
         command_port: where it listens; 0 takes a free one.
@@ -27,13 +27,13 @@ class NatNetServer(asyncio.DatagramProtocol):
 
     def __init__(
         self,
-        options: TwinOptions,
+        info: ServerInfo,
         names: Mapping[int, str],
         address: str = "127.0.0.1",
         command_port: int = COMMAND_PORT,
     ) -> None:
-        self._options, self._names, self._address = options, names, address
-        self.command_port, self.data_port = command_port, options.data_port
+        self._info, self._names, self._address = info, names, address
+        self.command_port, self.data_port = command_port, info.data_port
         self._twin: NatNetTwin | None = None
         self._commands: asyncio.DatagramTransport | None = None
         self._data: asyncio.DatagramTransport | None = None
@@ -41,12 +41,12 @@ class NatNetServer(asyncio.DatagramProtocol):
     async def open(self) -> None:
         """Open both sockets; raises OSError if a port is taken or the address is not there."""
         loop = asyncio.get_running_loop()
-        data = self._socket(self._options.data_port, shared=self._options.multicast)
+        data = self._socket(self._info.data_port, shared=self._info.multicast)
         data.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(self._address))
         commands = self._socket(self.command_port)
         self.command_port = commands.getsockname()[1]
         self.data_port = data.getsockname()[1]
-        self._twin = NatNetTwin(self._options._replace(data_port=self.data_port), self._names)
+        self._twin = NatNetTwin(self._info._replace(data_port=self.data_port), self._names)
         self._data, _ = await loop.create_datagram_endpoint(asyncio.DatagramProtocol, sock=data)
         self._commands, _ = await loop.create_datagram_endpoint(lambda: self, sock=commands)
 

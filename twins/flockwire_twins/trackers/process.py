@@ -21,7 +21,7 @@ from flockwire_core.wire.processes import TRACKER
 from flockwire_mocap.natnet.packets import GROUP, OLDEST, version_of
 
 from flockwire_twins.trackers.core import TwinCore
-from flockwire_twins.trackers.natnet import TwinOptions
+from flockwire_twins.trackers.natnet import announced
 from flockwire_twins.trackers.natnet_server import NatNetServer
 from flockwire_twins.trackers.qualisys import QtmServer
 from flockwire_twins.trackers.ros import RosServer
@@ -39,8 +39,8 @@ def _server(gateway: Gateway, names: dict[int, str]) -> Server:
         return RosServer(names.values(), gateway.ros)
     table, twin = gateway.natnet, gateway.twin or Twin()
     version = version_of(twin.version) or OLDEST
-    options = TwinOptions(version, table.multicast, table.data_port, table.group or GROUP)
-    return NatNetServer(options, names, table.server, table.command_port)
+    info = announced(version, table.multicast, table.data_port, table.group or GROUP)
+    return NatNetServer(info, names, table.server, table.command_port)
 
 
 @asynccontextmanager
