@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.cores import Start
-from flockwire_core.swarm.gateway import NatNet
 
 from flockwire_mocap.natnet.packets import OLDEST, ServerInfo, Version
 from flockwire_mocap.natnet.session import NatNetSession
@@ -33,10 +32,10 @@ class NatNetSource(StreamedSource):
 
 def trouble(session: NatNetSession, now: int) -> str | None:
     """Return the problem of a session at `now` (ns), after its first second; None if frames arrive or just ended."""
+    server = session.table.server
     if session.failure is not None:
         return f"{session.failure}: set the address of the interface that leads to the server"
     if 0 < session.frames == session.empty:
-        server = session.table.server
         return f"{server}: frames without rigid bodies: enable Rigid Bodies in Motive's streaming settings"
     if session.frames and now - session.framed_at <= SECOND:
         return None
@@ -50,22 +49,11 @@ def _no_frames(session: NatNetSession, now: int) -> str | None:
         return _answers_only(session, session.info)
     if session.frames and not session.silent(now):
         return None
-    return _foreign(session) or _no_answer(session.table)
-
-
-def _answers_only(session: NatNetSession, info: ServerInfo) -> str:
-    server = session.table.server
-    if info.version < OLDEST:
-        return f"{server} streams NatNet {_text(info.version)}: {_text(OLDEST)} or newer is needed, update Motive"
-    if info.multicast != session.table.multicast:
-        return _other_mode(info, server)
-    return _foreign(session) or _no_stream(info)
-
-
-def _foreign(session: NatNetSession) -> str | None:
-    if session.foreign is None:
-        return None
-    return f"packets come from {session.foreign}, not from {session.table.server}: set the server's address to it"
+    server, port = session.table.server, session.table.command_port
+    return _foreign(session) or (
+        f"no answer from {server}:{port}: check its address and command port, that streaming is enabled in Motive on "
+        f"that interface, and that a firewall lets UDP {port} through"
+    )
 
 
 def _not_understood(session: NatNetSession) -> str:
@@ -77,27 +65,29 @@ def _not_understood(session: NatNetSession) -> str:
     )
 
 
-def _no_answer(table: NatNet) -> str:
-    return (
-        f"no answer from {table.server}:{table.command_port}: check its address and command port, that streaming "
-        f"is enabled in Motive on that interface, and that a firewall lets UDP {table.command_port} through"
-    )
-
-
-def _other_mode(info: ServerInfo, server: str) -> str:
+def _answers_only(session: NatNetSession, info: ServerInfo) -> str:
+    server, group = session.table.server, f"{info.group}:{info.data_port}"
+    if info.version < OLDEST:
+        return f"{server} streams NatNet {_text(info.version)}: {_text(OLDEST)} or newer is needed, update Motive"
+    if info.multicast and not session.table.multicast:
+        return f"{server} streams to the multicast group {group}: set multicast = true"
+    if session.table.multicast and not info.multicast:
+        return f"{server} streams in unicast: set multicast = false"
     if info.multicast:
-        return f"{server} streams to the multicast group {info.group}:{info.data_port}: set multicast = true"
-    return f"{server} streams in unicast: set multicast = false"
-
-
-def _no_stream(info: ServerInfo) -> str:
-    if info.multicast:
-        return (
-            f"{info.name} answers, but nothing comes to {info.group}:{info.data_port}: check the interface that joins "
-            f"the group, and that a firewall lets UDP {info.data_port} through"
+        why = (
+            f"but nothing comes to {group}: check the interface that joins the group, and that a firewall lets UDP "
+            f"{info.data_port} through"
         )
-    return f"{info.name} answers, but streams nothing: start live mode or playback, and enable rigid bodies"
+    else:
+        why = "but streams nothing: start live mode or playback, and enable rigid bodies"
+    return _foreign(session) or f"{info.name} answers, {why}"
+
+
+def _foreign(session: NatNetSession) -> str:
+    if session.foreign is None:
+        return ""
+    return f"packets come from {session.foreign}, not from {session.table.server}: set the server's address to it"
 
 
 def _text(version: Version) -> str:
-    return f"{version[0]}.{version[1]}"
+    return "{}.{}".format(*version)
