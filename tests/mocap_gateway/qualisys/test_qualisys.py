@@ -169,7 +169,7 @@ def test_an_old_client_gets_angles_by_datagrams():
             said = b""
             while b"</QTM_Parameters_Ver_1.19>" not in said:
                 said += await reader.read(4096)
-            await until(lambda: next(iter(server._clients))._conversation._components)
+            await until(lambda: next(iter(server._clients.values()))._components)
             server.publish(frame(3))
             async with asyncio.timeout(3.0):
                 datagram = await asyncio.get_running_loop().sock_recv(receiver, 65535)
@@ -241,7 +241,7 @@ def test_names_follow_the_settings_and_until_then_no_body_has_one(start, monkeyp
                 return [body.name for one in source.take(0) for body in one.bodies]
 
             await until(lambda: source.names and seen() == NAMES)
-            (conversation,) = (one._conversation for one in server._clients)
+            (conversation,) = server._clients.values()
             conversation._names = ("uav1", "uav0", *NAMES[2:])  # exchanged in QTM's project
             await until(lambda: seen() == [*conversation._names])
             answers, conversation._names = conversation._parameters, tuple(NAMES[1:])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-import socket
+import contextlib
 from collections.abc import Callable
 from typing import Protocol
 
@@ -39,68 +39,47 @@ class StreamServer:
         self.port = port
         self._converse, self._address = converse, address
         self._server: asyncio.Server | None = None
-        self._clients: set[_Client] = set()
+        self._clients: dict[asyncio.StreamWriter, Conversation] = {}
 
     async def open(self) -> None:
         """Listen; raises OSError if the port is taken or the address is not there."""
-        loop = asyncio.get_running_loop()
-        self._server = await loop.create_server(
-            lambda: _Client(self._converse, self._clients), self._address, self.port
-        )
+        self._server = await asyncio.start_server(self._serve, self._address, self.port)
         self.port = self._server.sockets[0].getsockname()[1]
 
     def close(self) -> None:
         """Close all connections."""
         if self._server is not None:
             self._server.close()
-        for client in tuple(self._clients):
-            client.close()
+        for writer in self._clients:
+            writer.close()
 
     async def dial(self, host: str, port: int) -> None:
         """Connect to a client that waits at its port; raises OSError if it does not."""
-        await asyncio.get_running_loop().create_connection(lambda: _Client(self._converse, self._clients), host, port)
+        await asyncio.get_running_loop().create_connection(
+            lambda: asyncio.StreamReaderProtocol(asyncio.StreamReader(), self._serve), host, port
+        )
 
     def publish(self, frame: TrackerFrame) -> None:
         """Send a frame to all clients that want it."""
-        for client in tuple(self._clients):
-            client.publish(frame)
+        for writer, conversation in self._clients.items():
+            conversation.publish(frame)
+            _flush(writer, conversation)
+
+    async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        """Talk with a client until it ends the connection, or nothing more can be read of it."""
+        conversation = self._clients[writer] = self._converse(writer.get_extra_info("peername")[0])
+        _flush(writer, conversation)
+        try:
+            with contextlib.suppress(OSError):  # the client is gone
+                while conversation.failed is None and (data := await reader.read(1 << 16)):
+                    conversation.receive(data)
+                    _flush(writer, conversation)
+        finally:
+            del self._clients[writer]
+            writer.close()
 
 
-class _Client(asyncio.Protocol):
-    def __init__(self, converse: Callable[[str], Conversation], clients: set[_Client]) -> None:
-        self._converse, self._clients = converse, clients
-        self._conversation: Conversation
-        self._transport: asyncio.WriteTransport | None = None
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        assert isinstance(transport, asyncio.WriteTransport)  # noqa: S101 for the type: TCP can be written to
-        transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._transport, self._conversation = transport, self._converse(transport.get_extra_info("peername")[0])
-        self._clients.add(self)
-        self._flush()
-
-    def data_received(self, data: bytes) -> None:
-        self._conversation.receive(data)
-        self._flush()
-        if self._conversation.failed is not None:
-            self.close()
-
-    def connection_lost(self, exc: Exception | None) -> None:
-        self._clients.discard(self)
-
-    def publish(self, frame: TrackerFrame) -> None:
-        """Send what the client gets of a frame."""
-        self._conversation.publish(frame)
-        self._flush()
-
-    def close(self) -> None:
-        """End the connection."""
-        if self._transport is not None:
-            self._transport.close()
-
-    def _flush(self) -> None:
-        if self._transport is None:
-            return
-        self._transport.write(self._conversation.outgoing())
-        if self._transport.get_write_buffer_size() > 1 << 20:  # bytes; a client that reads so little is disconnected
-            self._transport.abort()
+def _flush(writer: asyncio.StreamWriter, conversation: Conversation) -> None:
+    writer.write(conversation.outgoing())
+    if writer.transport.get_write_buffer_size() > 1 << 20:  # bytes; a client that reads so little is disconnected
+        writer.transport.abort()
