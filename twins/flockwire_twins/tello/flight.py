@@ -9,8 +9,9 @@ from flockwire_core.domain.vector import Vector, add
 from flockwire_tello.state_string import TelloState
 from flockwire_tello.sticks import CENTRED, Sticks, to_body, to_velocity, to_world
 
+from flockwire_twins.tello import manoeuvres
 from flockwire_twins.tello.airframe import TelloAirframe, clockwise_degrees
-from flockwire_twins.tello.manoeuvres import HOVER, Landing, Legs, Manoeuvre, Pause, Setpoint, TakeOff, Turn
+from flockwire_twins.tello.manoeuvres import HOVER, Manoeuvre, Setpoint
 from flockwire_twins.tello.parameters import Quirk, TelloParameters
 
 CYCLE = SECOND // 50  # of the controller
@@ -29,6 +30,7 @@ class SimulatedFlight:
         self._parameters = parameters
         self.next_cycle = now  # when `cycle` is due, ns
         self._ground = parameters.position[2]
+        self._landing = manoeuvres.landing(self._ground, parameters.sink)
         self._sticks, self._sticks_at = CENTRED, now
         self._last = HOVER
 
@@ -43,28 +45,26 @@ class SimulatedFlight:
         self.airframe.start(now)
         self._sticks = CENTRED
         # of the motors, before it climbs
-        self.manoeuvre = TakeOff(
+        self.manoeuvre = manoeuvres.take_off(
             self._ground + p.takeoff_height, now + 4 * SECOND // 5, now + nanoseconds(p.takeoff_time)
         )
 
     def land(self) -> None:
         """Land; a landing under way continues."""
-        self._sticks = CENTRED
-        if not isinstance(self.manoeuvre, Landing):
-            self.manoeuvre = Landing(self._ground, self._parameters.sink)
+        self._sticks, self.manoeuvre = CENTRED, self._landing
 
     def fly(self, points: tuple[Vector, ...], speed: float, now: int) -> None:
         """Fly through `points` (m, forward, left, up from here) at `speed` m/s."""
         motion = self.airframe.motion(now)
-        self.manoeuvre = Legs([add(motion.position, to_world(point, motion.yaw)) for point in points], speed)
+        self.manoeuvre = manoeuvres.legs([add(motion.position, to_world(point, motion.yaw)) for point in points], speed)
 
     def turn(self, clockwise: float, now: int) -> None:
         """Turn by an angle, degrees."""
-        self.manoeuvre = Turn(self.airframe.motion(now).yaw - clockwise * pi / 180.0)
+        self.manoeuvre = manoeuvres.turn(self.airframe.motion(now).yaw - clockwise * pi / 180.0)
 
     def pause(self, seconds: float, now: int) -> None:
         """Stay in place."""
-        self.manoeuvre = Pause(now + nanoseconds(seconds))
+        self.manoeuvre = manoeuvres.pause(now + nanoseconds(seconds))
 
     def stop(self) -> None:
         """Hover."""
@@ -90,7 +90,7 @@ class SimulatedFlight:
         if not self.airframe.motors:
             return False
         # share under which it lands
-        if self.battery <= 0.05 and self.flying and not isinstance(self.manoeuvre, Landing):
+        if self.battery <= 0.05 and self.flying and self.manoeuvre is not self._landing:
             self.land()
         return self._control(now)
 
@@ -124,10 +124,10 @@ class SimulatedFlight:
     def _control(self, now: int) -> bool:
         """Send the airframe the command of the manoeuvre or the sticks."""
         motion, manoeuvre, done = self.airframe.motion(now), self.manoeuvre, False
-        setpoint = self._by_sticks(now) if manoeuvre is None else manoeuvre.setpoint(motion, now)
+        setpoint = self._by_sticks(now) if manoeuvre is None else manoeuvre(motion, now)
         if setpoint is None:
             self.manoeuvre, setpoint, done = None, HOVER, True
-            if isinstance(manoeuvre, Landing):
+            if manoeuvre is self._landing:
                 self.cut(now)
                 return True
         self._command(setpoint, now)

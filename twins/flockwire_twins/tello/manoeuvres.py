@@ -1,10 +1,11 @@
-"""A Tello's manoeuvres: take-off, landing, waypoints, turns. Each returns a velocity until it is done.
+"""A Tello's manoeuvres: take-off, landing, waypoints, turns. Each gives a velocity until it is done.
 
 v_u = limit(K (target − position), speed),   omega_u = limit(K_yaw (heading − yaw), rate)
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import pi
 from typing import NamedTuple
 
@@ -29,75 +30,54 @@ class Setpoint(NamedTuple):
 
 HOVER = Setpoint(ZERO, 0.0)
 
-
-class Pause(NamedTuple):
-    """Does nothing until a time (ns); a flip is simulated only by its time."""
-
-    until: int
-
-    def setpoint(self, motion: AirframeMotion, now: int) -> Setpoint | None:
-        """Return what to command at `now`."""
-        return None if now >= self.until else HOVER
+Manoeuvre = Callable[[AirframeMotion, int], Setpoint | None]
+"""Returns what to command at a motion and a time (ns); None once it is done."""
 
 
-class TakeOff(NamedTuple):
-    """Motors until `climb` (ns), then a climb to `height` (m, world z); over at `until` (ns)."""
+def pause(until: int) -> Manoeuvre:
+    """Do nothing until a time (ns); a flip is simulated only by its time."""
+    return lambda motion, now: None if now >= until else HOVER
 
-    height: float
-    climb: int
-    until: int
 
-    def setpoint(self, motion: AirframeMotion, now: int) -> Setpoint | None:
-        """Return what to command at `now`."""
-        if now >= self.until:
+def take_off(height: float, climb: int, until: int) -> Manoeuvre:
+    """Run the motors until `climb` (ns), then climb to `height` (m, world z); over at `until` (ns)."""
+
+    def setpoint(motion: AirframeMotion, now: int) -> Setpoint | None:
+        if now >= until:
             return None
-        if now < self.climb:
-            return HOVER
-        speed = max(-CLIMB, min(CLIMB, POSITION_GAIN * (self.height - motion.position[2])))
-        return Setpoint((0.0, 0.0, speed), 0.0)
+        speed = max(-CLIMB, min(CLIMB, POSITION_GAIN * (height - motion.position[2])))
+        return HOVER if now < climb else Setpoint((0.0, 0.0, speed), 0.0)
+
+    return setpoint
 
 
-class Landing(NamedTuple):
-    """Straight down at `sink` m/s, to `ground` (m, world z)."""
-
-    ground: float
-    sink: float
-
-    def setpoint(self, motion: AirframeMotion, now: int) -> Setpoint | None:
-        """Return what to command at `now`."""
-        if motion.position[2] <= self.ground:
-            return None
-        return Setpoint((0.0, 0.0, -self.sink), 0.0)
+def landing(ground: float, sink: float) -> Manoeuvre:
+    """Fly straight down at `sink` m/s, to `ground` (m, world z)."""
+    return lambda motion, now: None if motion.position[2] <= ground else Setpoint((0.0, 0.0, -sink), 0.0)
 
 
-class Legs(NamedTuple):
-    """From point to point (m, world frame), at `speed` m/s; it stops only at the last. Passed points are removed."""
+def legs(points: list[Vector], speed: float) -> Manoeuvre:
+    """Fly from point to point (m, world frame), at `speed` m/s; it stops only at the last. Removes passed points."""
 
-    points: list[Vector]
-    speed: float
-
-    def setpoint(self, motion: AirframeMotion, now: int) -> Setpoint | None:
-        """Return what to command at `now`."""
-        to_go = subtract(self.points[0], motion.position)
-        last = len(self.points) == 1
-        if not last and norm(to_go) < self.speed / POSITION_GAIN:
-            self.points.pop(0)
+    def setpoint(motion: AirframeMotion, now: int) -> Setpoint | None:
+        to_go = subtract(points[0], motion.position)
+        last = len(points) == 1
+        if not last and norm(to_go) < speed / POSITION_GAIN:
+            points.pop(0)
         elif last and norm(to_go) < ARRIVED and norm(motion.velocity) < ARRIVED:
             return None
-        return Setpoint(to_body(limit(scale(to_go, POSITION_GAIN), self.speed), motion.yaw), 0.0)
+        return Setpoint(to_body(limit(scale(to_go, POSITION_GAIN), speed), motion.yaw), 0.0)
+
+    return setpoint
 
 
-class Turn(NamedTuple):
-    """A turn to a heading (rad, ccw, not wrapped)."""
+def turn(heading: float) -> Manoeuvre:
+    """Turn to a heading (rad, ccw, not wrapped)."""
 
-    heading: float
-
-    def setpoint(self, motion: AirframeMotion, now: int) -> Setpoint | None:
-        """Return what to command at `now`."""
-        to_go = self.heading - motion.yaw
+    def setpoint(motion: AirframeMotion, now: int) -> Setpoint | None:
+        to_go = heading - motion.yaw
         if abs(to_go) < TURNED and abs(motion.yaw_rate) < 4.0 * TURNED:
             return None
         return Setpoint(ZERO, max(-TURN_RATE, min(TURN_RATE, 2.5 * to_go)))  # 1/s
 
-
-Manoeuvre = Pause | TakeOff | Landing | Legs | Turn
+    return setpoint
