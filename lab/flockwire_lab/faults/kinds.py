@@ -19,6 +19,7 @@ from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import nanoseconds
 from flockwire_core.domain.vector import add, scale
+from flockwire_core.swarm.drones import Wind
 from flockwire_core.swarm.model import uav
 from flockwire_core.swarm.tables import Finite, Items, Model, NotNegative, Point, Positive, Probability
 from flockwire_core.wire.codec import Message
@@ -327,13 +328,11 @@ class FalseHeight(_AirframeFault):
         return message._replace(height=message.height + self.offset)
 
 
-class WindChange(FaultKind):
+class WindChange(FaultKind, Wind):
     """A `velocity` and a `gust` (m/s) replace the [wind] of all simulated airframes."""
 
     cores = AIRFRAMES
     kind: Literal["wind"]
-    velocity: Point = (0.0, 0.0, 0.0)
-    gust: NotNegative = 0.0
     duration: Positive
 
     def change(self, conditions: AirframeConditions, since: float) -> AirframeConditions:

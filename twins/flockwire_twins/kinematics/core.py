@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from flockwire_core.domain.airframe import Command
 from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
-from flockwire_core.domain.vector import Vector
 from flockwire_core.objects import load_object
 from flockwire_core.pilot.moving_point import MovingPoint
 from flockwire_core.process.cores import Address, Datagram, Start
 from flockwire_core.process.driving import RETIREMENT, SETTLED, TELEMETRY_PERIOD
 from flockwire_core.process.stepping import next_deadline
+from flockwire_core.swarm.drones import Wind as WindTable
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import MISSION, STOP, Key
@@ -25,22 +25,10 @@ from flockwire_twins.simulated_airframe import Commanded, Served, SimulatedAirfr
 from flockwire_twins.wind import Wind
 
 
-class Blowing(Protocol):
-    """A wind: its mean and most by which gusts differ from it, m/s, world frame."""
-
-    @property
-    def velocity(self) -> Vector:
-        """The mean."""
-
-    @property
-    def gust(self) -> float:
-        """The most of gusts."""
-
-
 class AirframeConditions(NamedTuple):
     """What may change in a flight: the `wind`, lag and dead time (s) of airframes, failed motors, wear; by drone."""
 
-    wind: Blowing
+    wind: WindTable
     responses: Mapping[str, tuple[float, float]]
     failed: frozenset[str]
     worn: Mapping[str, Wear] = {}
@@ -169,7 +157,7 @@ class KinematicsCore:
         ]
         return Report(Phase.SIMULATING, ", ".join(detail for detail in details if detail), reasons=tuple(failed))
 
-    def _blow(self, wind: Blowing) -> None:
+    def _blow(self, wind: WindTable) -> None:
         for one in self._airframes.values():
             one.airframe.blow(Wind(wind.velocity, wind.gust, self._chance))
 
