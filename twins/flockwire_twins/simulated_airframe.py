@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple, Protocol
 
 from flockwire_core.domain.airframe import Telemetry
+from flockwire_core.domain.quaternion import Quaternion
 from flockwire_core.domain.vector import ZERO, Vector
 from flockwire_core.process.cores import Address, Datagram
 
@@ -22,13 +23,8 @@ class Wear(NamedTuple):
 class Body(Protocol):
     """What flies of an airframe."""
 
-    @property
-    def position(self) -> Vector:
-        """Its position, m, world frame."""
-
-    @property
-    def orientation(self) -> tuple[float, float, float, float]:
-        """Its orientation: a quaternion (x, y, z, w)."""
+    position: Vector  # m, world frame
+    orientation: Quaternion  # x, y, z, w
 
     def stop(self) -> None:
         """Stop the motors: in flight it falls."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import cos, sin
 
-from flockwire_core.domain.vector import Vector
+from flockwire_core.domain.quaternion import Quaternion
 from flockwire_core.process.cores import Address, Datagram
 from flockwire_core.process.driving import CONTACT, FROZEN
 from flockwire_core.swarm.model import Swarm
@@ -24,24 +24,13 @@ class ServedTello:
         self._last = now
         self._tello = SimulatedTello(parameters_of(swarm, number), 0, chance)
         self._now = 0
-        self._motion = self._tello.flight.airframe.motion(0)
+        self._show()
         self._ground = swarm.drone(number).start[2]
 
     @property
     def airframe(self) -> ServedTello:
         """What flies: its motion is that of the last `advance`."""
         return self
-
-    @property
-    def position(self) -> Vector:
-        """Its position, m, world frame."""
-        return self._motion.position
-
-    @property
-    def orientation(self) -> tuple[float, float, float, float]:
-        """Its heading as a quaternion (x, y, z, w) about Z, without tilt."""
-        half = self._motion.yaw / 2.0
-        return (0.0, 0.0, sin(half), cos(half))
 
     @property
     def in_the_air(self) -> bool:
@@ -57,7 +46,13 @@ class ServedTello:
         """Advance to `now`."""
         self._now = self._time(now)
         self._tello.advance(self._now)
-        self._motion = self._tello.flight.airframe.motion(self._now)
+        self._show()
+
+    def _show(self) -> None:
+        """Show its position, and its heading without tilt."""
+        motion = self._tello.flight.airframe.motion(self._now)
+        self.position = motion.position
+        self.orientation: Quaternion = (0.0, 0.0, sin(motion.yaw / 2.0), cos(motion.yaw / 2.0))
 
     def datagram(self, data: bytes, sender: Address, now: int) -> None:
         """Receive a datagram from its client."""
