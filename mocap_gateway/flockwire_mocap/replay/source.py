@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import re
 from bisect import bisect_right
 from collections.abc import AsyncIterator, Iterable, Iterator, Sequence
 from contextlib import asynccontextmanager
@@ -13,10 +12,9 @@ from struct import error as StructError  # noqa: N812
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.cores import Start
 from flockwire_core.ros import messages
-from flockwire_core.ros.definitions import POSE
 from flockwire_core.ros.messages import POSE_READERS, NamedPose
 from flockwire_core.swarm.gateway import Replay
-from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.reading import stat_file
 from flockwire_core.trace_files import parts
 from flockwire_core.wire.cdr import MessageError
@@ -94,26 +92,6 @@ class ReplaySource:
         return SourceState(f"{self.table.trace} has ended" if over else "")
 
 
-class OwnNames:
-    """Names the bodies of a trace of this project, whose topics have the drones' numbers."""
-
-    def __init__(self, swarm: Swarm) -> None:
-        self._topic = re.compile(r"/\w+/(uav\d{1,9})/pose")
-        self._bodies = {uav(i): str(swarm.body(i)) for i in swarm.tracked}
-
-    def matches(self, topic: str, ros_type: str) -> bool:
-        """Return whether messages of this topic and type are read."""
-        return ros_type == POSE and self._body(topic) is not None
-
-    def of(self, topic: str, _: str, found: list[NamedPose]) -> Iterable[tuple[str, NamedPose]]:
-        """Return what was `found` in a message, with names."""
-        return [(self._body(topic) or "", one) for one in found]
-
-    def _body(self, topic: str) -> str | None:
-        match = self._topic.fullmatch(topic)
-        return self._bodies.get(match[1]) if match else None
-
-
 @asynccontextmanager
 async def loaded(source: ReplaySource, _: object) -> AsyncIterator[None]:
     """Have `source` serve its trace during the context; raises OSError if that cannot be read."""
@@ -128,7 +106,7 @@ async def loaded(source: ReplaySource, _: object) -> AsyncIterator[None]:
 def read_poses(path: Path, swarm: Swarm) -> list[NamedPose]:
     """Return all poses of a recording, of all its parts, in the order of their time; raises OSError without any."""
     table = swarm.gateway.replay
-    names = BodyNames(table, swarm) if table.foreign else OwnNames(swarm)
+    names = BodyNames(table, swarm)
     found, others, times = list[NamedPose](), dict[str, None](), Times()
     broken: OSError | None = None
     for part in parts(path):
@@ -149,7 +127,7 @@ def _elsewhere(table: Replay, others: Iterable[str]) -> str:
     return f"on {table.array or table.topic or '/SWARM/uavN/pose'}{where}"
 
 
-def _poses_in(path: Path, names: BodyNames | OwnNames, others: dict[str, None], times: Times) -> Iterator[NamedPose]:
+def _poses_in(path: Path, names: BodyNames, others: dict[str, None], times: Times) -> Iterator[NamedPose]:
     """Yield the poses on the topics that match `names`, as they come; add the topics of all others to `others`."""
     stat_file(path)  # raises OSError for a pipe, which would be waited for
     with path.open("rb") as file:

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from flockwire_core.ros.definitions import NAMED_POSES, POSE, POSES, TRANSFORM, TRANSFORMS
 from flockwire_core.ros.messages import NamedPose
 from flockwire_core.swarm.gateway import BodyTopics
-from flockwire_core.swarm.model import Swarm
+from flockwire_core.swarm.model import Swarm, uav
 
 SINGLE: tuple[str, ...] = (POSE, TRANSFORM)  # types of a topic of one body
 OF_ALL: tuple[str, ...] = (POSES, NAMED_POSES, TRANSFORMS)  # types of a topic of all bodies
@@ -22,13 +22,19 @@ class LengthError(ValueError):
 class BodyNames:
     """Names the bodies of the topics of `table`; `bodies` are those of a PoseArray, in its order.
 
-    Of transforms only those of the frame in which a body of the swarm file is reported are bodies.
+    Of transforms only those of the frame in which a body of the swarm file is reported are bodies. Without a topic they
+    are those of a trace of this project, whose topics have the drones' numbers.
     """
 
     def __init__(self, table: BodyTopics, swarm: Swarm) -> None:
         self.bodies = table.bodies or tuple(str(swarm.body(i)) for i in swarm.tracked)
         self.ros_types = SINGLE if table.array is None else OF_ALL
         pattern = re.escape(table.array or table.topic or "").replace(r"\{body\}", _PART, 1).replace(r"\{body\}", r"\1")
+        self._own: dict[str, str] = {}  # of such a trace, by the topic's part
+        if not pattern:
+            self.ros_types = (POSE,)
+            self._own = {uav(i): str(swarm.body(i)) for i in swarm.tracked}
+            pattern = rf"/\w+/({'|'.join(self._own)})/pose"
         self._topic = re.compile(pattern)
         self._known = frozenset({*self.bodies, *(one.body for one in swarm.tracked_obstacles)})
         self._parents: dict[str, str] = {}  # the frames in which transforms have the known bodies
@@ -41,7 +47,8 @@ class BodyNames:
         """Return what was `found` in a message, with names; an empty name is not known. Raises LengthError."""
         if ros_type in SINGLE:
             match = self._topic.fullmatch(topic)
-            return [(match[1] if match else "", one) for one in found]
+            name = match[1] if match else ""
+            return [(self._own.get(name, name), one) for one in found]
         if ros_type == POSES:
             if len(found) != len(self.bodies):
                 raise LengthError(f"{topic} has {len(found)} poses, but {len(self.bodies)} bodies are expected")
