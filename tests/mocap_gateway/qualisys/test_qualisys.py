@@ -244,10 +244,10 @@ def test_names_follow_the_settings_and_until_then_no_body_has_one(start, monkeyp
             (conversation,) = server._clients.values()
             conversation._names = ("uav1", "uav0", *NAMES[2:])  # exchanged in QTM's project
             await until(lambda: seen() == [*conversation._names])
-            answers, conversation._names = conversation._parameters, tuple(NAMES[1:])
-            conversation._parameters = lambda _: b""  # slow
+            answers, conversation._names = conversation._answer, tuple(NAMES[1:])
+            conversation._answer = lambda _: b""  # slow
             await until(lambda: seen(4) == [None] * 4)
-            conversation._parameters = answers
+            conversation._answer = answers
             conversation._outgoing += encode_parameters(conversation._names, "1.25")
             await until(lambda: seen(4) == NAMES[1:])
         server.close()

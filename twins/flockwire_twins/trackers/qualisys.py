@@ -9,7 +9,7 @@ import contextlib
 import socket
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
-from struct import Struct, pack
+from struct import Struct
 from xml.sax.saxutils import escape
 
 from flockwire_core.domain.time import MICROSECOND
@@ -53,11 +53,6 @@ def encode_frame(frame: TrackerFrame, components: Sequence[int] = (SIX_DEGREES,)
     parts = [_component(kind, frame.bodies) for kind in components]
     head = _DATA.pack(frame.captured // MICROSECOND, frame.number & 0xFFFFFFFF, len(parts))
     return encode(DATA, head + b"".join(parts))
-
-
-def encode_event(number: int) -> bytes:
-    """Return a change of QTM's state."""
-    return encode(EVENT, pack("<B", number))
 
 
 def _component(kind: int, bodies: Sequence[ReportedBody]) -> bytes:
@@ -107,7 +102,7 @@ class QtmTwin:
             text = bytes(self._unread[HEADER.size : size]).partition(b"\0")[0].decode(errors="replace")
             del self._unread[:size]
             if kind == COMMAND:
-                self._outgoing += self._answer(text)
+                self._outgoing += self._answer(text.lower().split())
 
     def publish(self, frame: TrackerFrame) -> None:
         """Stream a frame, if the client has requested frames."""
@@ -122,29 +117,25 @@ class QtmTwin:
         self._outgoing.clear()
         return data
 
-    def _answer(self, command: str) -> bytes:
-        verb, *arguments = command.lower().split() or [""]
-        answers: dict[str, Callable[[list[str]], bytes]] = {
-            "version": self._version,
-            "qtmversion": lambda _: encode_text(COMMAND, "QTM Version is 2024.1 (flockwire)"),
-            "byteorder": lambda _: encode_text(COMMAND, "Byte order is little endian"),
-            "getstate": lambda _: encode_event(CONNECTED),
-            "getparameters": self._parameters,
-            "streamframes": self._stream,
-        }
-        answer = answers.get(verb)
-        return answer(arguments) if answer is not None else encode_text(ERROR, "Parse error")
-
-    def _version(self, arguments: list[str]) -> bytes:
-        if len(arguments) == 1 and arguments[0] in VERSIONS:
-            self._version_set = arguments[0]
-            return encode_text(COMMAND, f"Version set to {arguments[0]}")
-        return encode_text(ERROR, "Version NOT supported")
-
-    def _parameters(self, arguments: list[str]) -> bytes:
-        if {"6d", "all"}.intersection(arguments):
-            return encode_parameters(self._names, self._version_set)
-        return encode_text(ERROR, "Parse error")
+    def _answer(self, command: list[str]) -> bytes:
+        answer = encode_text(ERROR, "Parse error")
+        match command:
+            case ["version", version] if version in VERSIONS:
+                self._version_set = version
+                answer = encode_text(COMMAND, f"Version set to {version}")
+            case ["version", *_]:
+                answer = encode_text(ERROR, "Version NOT supported")
+            case ["qtmversion", *_]:
+                answer = encode_text(COMMAND, "QTM Version is 2024.1 (flockwire)")
+            case ["byteorder", *_]:
+                answer = encode_text(COMMAND, "Byte order is little endian")
+            case ["getstate", *_]:
+                answer = encode(EVENT, bytes([CONNECTED]))
+            case ["getparameters", *wanted] if {"6d", "all"}.intersection(wanted):
+                answer = encode_parameters(self._names, self._version_set)
+            case ["streamframes", *arguments]:
+                answer = self._stream(arguments)
+        return answer
 
     def _stream(self, arguments: list[str]) -> bytes:
         """Start or stop streaming; QTM sends no confirmation."""
