@@ -151,14 +151,11 @@ class TelloClient:
                 yield self._transmit(flight, now)
             else:
                 self._end(CommandOutcome.TIMED_OUT, "", now)
-        if self._flight is None and self._queue and not self._must_wait():
+        # a command waits if its reply could be confused with an owed one
+        if self._flight is None and self._queue and (not self._owed or rule(self._queue[0]).resend):
             command = self._queue.popleft()
             self._flight = _InFlight(command, rule(command), 0, now)
             yield self._transmit(self._flight, now)
-
-    def _must_wait(self) -> bool:
-        """Return whether the next command must wait, because its reply could be confused with an owed one."""
-        return bool(self._owed) and not rule(self._queue[0]).resend
 
     def _transmit(self, flight: _InFlight, now: int) -> str:
         flight.sent += 1
@@ -173,23 +170,18 @@ class TelloClient:
             self._finished.append(Finished(command, CommandOutcome.QUEUE_FULL))
 
     def _end(self, outcome: CommandOutcome, reply: str, now: int) -> None:
+        """End the command in flight, and expect replies to it no longer than its `late`."""
         flight, self._flight = self._flight, None
         assert flight is not None  # noqa: S101  (for mypy: the callers have seen it)
         self._finished.append(Finished(flight.command, outcome, reply, (now - flight.sent_at) / SECOND))
-        self._shorten(flight, now)
-
-    def _supersede(self, now: int) -> None:
-        """End the command in flight and all that wait; a reply to the former may still arrive."""
-        waiting = [] if self._flight is None else [self._flight.command]
-        self._finished += [Finished(command, CommandOutcome.SUPERSEDED) for command in (*waiting, *self._queue)]
-        flight, self._flight = self._flight, None
-        self._queue.clear()
-        if flight is not None:
-            self._shorten(flight, now)
-
-    def _shorten(self, flight: _InFlight, now: int) -> None:
-        """Expect replies to a command that has ended no longer than its `late`."""
         until = now + nanoseconds(flight.rule.late)
         self._owed = deque(
             (o._replace(until=min(o.until, until)) if o.flight is flight else o for o in self._owed), MOST_OWED
         )
+
+    def _supersede(self, now: int) -> None:
+        """End the command in flight and all that wait; a reply to the former may still arrive."""
+        if self._flight is not None:
+            self._end(CommandOutcome.SUPERSEDED, "", now)
+        self._finished += [Finished(command, CommandOutcome.SUPERSEDED) for command in self._queue]
+        self._queue.clear()
