@@ -14,7 +14,7 @@ from flockwire_core.wire.information import information_of
 from flockwire_core.wire.sighting import Sighting, sensed
 
 from flockwire_mocap.field_bodies import FEW, Vicinity
-from flockwire_mocap.tracking import Drone
+from flockwire_mocap.tracking import Drone, noisy
 
 FORGET: Final = SECOND  # ns unseen after which a track restarts
 
@@ -111,11 +111,6 @@ class RelativeSensor:
         age = (stamp - min(self._tracks[i].stamp, self._tracks[j].stamp)) / SECOND
         place, rate = subtract(other, own), subtract(velocity, own_velocity)
         if self._chance is not None:
-            place, rate = self._noisy(place, self._noises[0]), self._noisy(rate, self._noises[1])
+            place = noisy(place, self._noises[0], self._chance)
+            rate = noisy(rate, self._noises[1], self._chance)
         return sensed(sense, j if named else -1, place, rate, age)
-
-    def _noisy(self, vector: Vector, noise: float) -> Vector:
-        x, y, z = vector
-        assert self._chance is not None  # noqa: S101  (the caller looked)
-        gauss = self._chance.gauss
-        return (x + gauss(0.0, noise), y + gauss(0.0, noise), z + gauss(0.0, noise))

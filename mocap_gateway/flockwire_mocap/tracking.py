@@ -11,6 +11,7 @@ from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.quaternion import LEVEL, Quaternion
 from flockwire_core.domain.record import Record
 from flockwire_core.domain.vector import Vector
+from flockwire_core.process.cores import Randomness
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.status import Counts
@@ -95,6 +96,12 @@ def is_pose(position: Vector, orientation: Quaternion) -> bool:
     length = x * x + y * y + z * z + w * w  # NaN and infinity fail the comparison
     # of the squared norm: single precision and a tracker's rounding stay far below
     return abs(length - 1.0) < 0.02 and isfinite(sum(position))
+
+
+def noisy(vector: Vector, noise: float, chance: Randomness) -> Vector:
+    """Return `vector` with noise of this standard deviation per axis, drawn from `chance`."""
+    x, y, z = vector
+    return (x + chance.gauss(0.0, noise), y + chance.gauss(0.0, noise), z + chance.gauss(0.0, noise))
 
 
 class SourceState(NamedTuple):

@@ -14,7 +14,7 @@ from flockwire_core.swarm.model import uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key
 from flockwire_mocap.completeness import Completeness
-from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame
+from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, noisy
 
 
 class CameraConditions(NamedTuple):
@@ -83,7 +83,10 @@ class SimulatedSource:
             if drone in truths:
                 self._measure(drone, truths[drone])
         if truths and self.conditions.visitors:
-            self._measure_visitors(max(truth.stamp for truth in truths.values()))
+            stamp = max(truth.stamp for truth in truths.values())
+            for name, place in self.conditions.visitors:
+                seen = noisy(place, self._noise, self._randomness)
+                self._add(stamp, ReportedBody(self._visitors[name], name, seen, LEVEL, tracked=True))
         due, frames = now - self._latency, list[TrackerFrame]()
         for stamp in sorted([stamp for stamp in self._measured if stamp <= due]):
             bodies = tuple(self._measured.pop(stamp))
@@ -107,15 +110,10 @@ class SimulatedSource:
         for pair in conditions.swaps:
             called = sum(pair) - called if called in pair else called
         if noise:
-            position = self._noisy(position, noise)
+            position = noisy(position, noise, self._randomness)
         name = self._names[called]
         number, text = (called, name) if isinstance(name, str) else (name, None)
         self._add(stamp, ReportedBody(number, text, position, truth.orientation, tracked=True))
-
-    def _measure_visitors(self, stamp: int) -> None:
-        for name, place in self.conditions.visitors:
-            seen = self._noisy(place, self._noise)
-            self._add(stamp, ReportedBody(self._visitors[name], name, seen, LEVEL, tracked=True))
 
     def _add(self, stamp: int, body: ReportedBody) -> None:
         at = self._measured.get(stamp)
@@ -123,8 +121,3 @@ class SimulatedSource:
             self._measured[stamp] = [body]
         else:
             at.append(body)
-
-    def _noisy(self, position: Vector, noise: float) -> Vector:
-        x, y, z = position
-        gauss = self._randomness.gauss
-        return (x + gauss(0.0, noise), y + gauss(0.0, noise), z + gauss(0.0, noise))
