@@ -87,7 +87,7 @@ MOST = 16  # replies in a datagram, others are dropped
 REFUSALS = ("error", "out of range", "unknown command", "command error")
 
 _ENDS = re.compile(r"[\r\n\0]+")
-_AFTER_JUNK = re.compile(r"[ -~]*\Z")
+_JUNK = re.compile(r"[^ -~]")
 
 
 def split_replies(datagram: bytes) -> list[str]:
@@ -95,7 +95,8 @@ def split_replies(datagram: bytes) -> list[str]:
     if len(datagram) > LONGEST:
         return []
     pieces = _ENDS.split(datagram.decode("ascii", errors="replace"))
-    return [reply for piece in pieces[:MOST] if (reply := _printable(piece))]
+    replies = [_JUNK.split(piece)[-1].strip() for piece in pieces[:MOST]]
+    return [reply for reply in replies if reply]
 
 
 def refused(reply: str) -> bool:
@@ -112,8 +113,3 @@ def fits(command: str, reply: str) -> bool:
         name = reply.partition(":")[2].strip()
         return not name or command.startswith(name)
     return refused(reply) or wanted.fullmatch(reply) is not None
-
-
-def _printable(piece: str) -> str:
-    found = _AFTER_JUNK.search(piece)
-    return found.group().strip() if found else ""
