@@ -96,9 +96,11 @@ class DriverCore:
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Update link, ladder and sticks; publish telemetry while the drone's state arrives."""
         t = now - self._began
-        self._flight.update(self._climb(t), t)
+        retired = self._land_at is not None and t >= self._land_at
+        self._flight.update(None if retired or self._stale(t) else self._velocity[2], t)
         self._link.step(t)  # after it: an `emergency` replaces all that waits
-        self._descend(t)
+        if retired or self._silence(t) > self._limits.staleness.command_land:
+            self._flight.land(t)
         if t >= self._rc_deadline + self._spacing // 2:
             self._steer(t)
         self._note_down(t)
@@ -161,19 +163,6 @@ class DriverCore:
     def _stale(self, t: int) -> bool:
         """Return whether the newest command is too old to fly."""
         return self._commanded is None or self._silence(t) > self._limits.staleness.command_zero
-
-    def _retired(self, t: int) -> bool:
-        """Return whether the process is to end, and the pilot's time to land is over."""
-        return self._land_at is not None and t >= self._land_at
-
-    def _climb(self, t: int) -> float | None:
-        """Return the pilot's vertical velocity, m/s; None if it is silent, or may no longer command."""
-        return None if self._stale(t) or self._retired(t) else self._velocity[2]
-
-    def _descend(self, t: int) -> None:
-        """Land without commands, if the process must end, and if the pilot descends near the ground."""
-        if self._retired(t) or self._silence(t) > self._limits.staleness.command_land:
-            self._flight.land(t)
 
     def _steer(self, t: int) -> None:
         """Send the sticks: the last command, or centred if it is stale, and while the drone lands."""
