@@ -32,39 +32,37 @@ class NatNetServer(asyncio.DatagramProtocol):
         address: str = "127.0.0.1",
         command_port: int = COMMAND_PORT,
     ) -> None:
-        self._info, self._names, self._address = info, names, address
+        self._twin, self._address = NatNetTwin(info, names), address
         self.command_port, self.data_port = command_port, info.data_port
-        self._twin: NatNetTwin | None = None
         self._commands: asyncio.DatagramTransport | None = None
-        self._data: asyncio.DatagramTransport | None = None
+        self._data: asyncio.DatagramTransport
 
     async def open(self) -> None:
         """Open both sockets; raises OSError if a port is taken or the address is not there."""
         loop = asyncio.get_running_loop()
-        data = self._socket(self._info.data_port, shared=self._info.multicast)
+        data = self._socket(self.data_port, shared=self._twin.info.multicast)
         data.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(self._address))
         commands = self._socket(self.command_port)
         self.command_port = commands.getsockname()[1]
         self.data_port = data.getsockname()[1]
-        self._twin = NatNetTwin(self._info._replace(data_port=self.data_port), self._names)
+        self._twin.info = self._twin.info._replace(data_port=self.data_port)
         self._data, _ = await loop.create_datagram_endpoint(asyncio.DatagramProtocol, sock=data)
         self._commands, _ = await loop.create_datagram_endpoint(lambda: self, sock=commands)
 
     def close(self) -> None:
         """Close both sockets."""
-        for transport in (self._commands, self._data):
-            if transport is not None:
-                transport.close()
+        self._data.close()
+        if self._commands is not None:
+            self._commands.close()
 
     def publish(self, frame: TrackerFrame) -> None:
         """Send a frame to the group or to all clients, from the data port."""
-        if self._twin is not None and self._data is not None:
-            for datagram, target in self._twin.datagrams(frame, clock.now()):
-                self._data.sendto(datagram, target)
+        for datagram, target in self._twin.datagrams(frame, clock.now()):
+            self._data.sendto(datagram, target)
 
     def datagram_received(self, data: bytes, addr: tuple[str | Any, int]) -> None:
         """Answer a client."""
-        answer = self._twin.receive(data, addr, clock.now()) if self._twin is not None else None
+        answer = self._twin.receive(data, addr, clock.now())
         if answer is not None and self._commands is not None:
             self._commands.sendto(answer, addr)
 

@@ -166,7 +166,7 @@ class QtmServer(StreamServer):
 
     def __init__(self, names: Iterable[str], address: str = "127.0.0.1", port: int = PORT) -> None:
         self._names, self._from = tuple(names), address
-        self._datagrams: socket.socket | None = None
+        self._datagrams: socket.socket
         super().__init__(lambda host: QtmTwin(self._names, partial(self._send, host)), address, port)
 
     async def open(self) -> None:
@@ -179,11 +179,8 @@ class QtmServer(StreamServer):
     def close(self) -> None:
         """Close all connections."""
         super().close()
-        if self._datagrams is not None:
-            self._datagrams.close()
-            self._datagrams = None
+        self._datagrams.close()
 
     def _send(self, host: str, data: bytes, port: int) -> None:
-        if self._datagrams is not None:
-            with contextlib.suppress(OSError):  # lost: no client, or the frame is too long
-                self._datagrams.sendto(data, (host, port))
+        with contextlib.suppress(OSError):  # lost: no client, or the frame is too long
+            self._datagrams.sendto(data, (host, port))

@@ -38,7 +38,7 @@ class StreamServer:
     def __init__(self, converse: Callable[[str], Conversation], address: str, port: int) -> None:
         self.port = port
         self._converse, self._address = converse, address
-        self._server: asyncio.Server | None = None
+        self._server: asyncio.Server
         self._clients: dict[asyncio.StreamWriter, Conversation] = {}
 
     async def open(self) -> None:
@@ -48,8 +48,7 @@ class StreamServer:
 
     def close(self) -> None:
         """Close all connections."""
-        if self._server is not None:
-            self._server.close()
+        self._server.close()
         for writer in self._clients:
             writer.close()
 

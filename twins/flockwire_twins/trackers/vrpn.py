@@ -43,7 +43,7 @@ class VrpnServer(StreamServer):
     def __init__(self, names: Iterable[str], address: str = "127.0.0.1", port: int = PORT) -> None:
         bodies = tuple(names)
         super().__init__(lambda _: VrpnTwin(bodies), address, port)
-        self._requests: asyncio.DatagramTransport | None = None
+        self._requests: asyncio.DatagramTransport
 
     async def open(self) -> None:
         """Listen; raises OSError if the port is taken or the address is not there."""
@@ -55,8 +55,7 @@ class VrpnServer(StreamServer):
     def close(self) -> None:
         """Close all connections."""
         super().close()
-        if self._requests is not None:
-            self._requests.close()
+        self._requests.close()
 
 
 class _Requests(asyncio.DatagramProtocol):
