@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from flockwire_core.swarm.tables import Ip4, Model, Port, Positive, key
 
 if TYPE_CHECKING:
-    from flockwire_core.swarm.drones import Airframe, Drone
+    from flockwire_core.swarm.drones import Airframe
     from flockwire_core.swarm.model import Swarm
 
 COMMAND_PORT = 8889  # of every Tello
@@ -67,12 +67,8 @@ class TelloAddresses(NamedTuple):
 
 def reached(swarm: Swarm, number: int) -> Tello:
     """Return the addresses of drone `number` of `swarm`, a Tello."""
-    return table_of(swarm.drone(number)) or Tello()
-
-
-def table_of(drone: Drone) -> Tello | None:
-    """Return the table [drones.tello] of a drone, None if it has none."""
-    return drone.tello if isinstance(drone, TelloInDrones) else None
+    drone = swarm.drone(number)
+    return (drone.tello if isinstance(drone, TelloInDrones) else None) or Tello()
 
 
 def tello_keys(airframe: Airframe) -> TelloInAirframes:

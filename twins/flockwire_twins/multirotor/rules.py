@@ -24,6 +24,9 @@ TESTED = 16.0  # s of the test flight
 NUDGE: Vector = (1e-3, 0.0, 1e-3)  # m/s, commanded in it
 SMALLER = 0.9  # of the error in its second quarter is that in its last
 SETTLED = 1e-6  # m/s, of an error that may stay
+UNSETTLED = (
+    "autopilot: hover does not settle in steps of {:g} s; lower its gains, or raise integrator_time_s and rotor_time_s"
+)
 
 
 def problems(p: Parameters) -> Iterator[str]:
@@ -106,14 +109,6 @@ def stable(polynomial: Sequence[float]) -> bool:
     return upper[0] > 0.0
 
 
-def _unsettled(p: Parameters) -> Iterator[str]:
-    if not settles(p):
-        yield (
-            f"autopilot: hover does not settle in steps of {p.step_s:g} s; lower its gains, or raise integrator_time_s "
-            "and rotor_time_s"
-        )
-
-
 def _flyable(swarm: Swarm) -> Iterator[Problem]:
     """Yield what is wrong with the figures of airframes that fly."""
     for name in dict.fromkeys(swarm.drone(number).airframe for number in swarm.of_kind(MULTIROTOR)):
@@ -121,7 +116,7 @@ def _flyable(swarm: Swarm) -> Iterator[Problem]:
         where = f"airframes.{name}.{'file' if airframe.file else 'model'}"  # type: ignore[attr-defined]
         try:
             p = parameters_of(airframe)
-            found = [*problems(p)] or [*_unsettled(p)]
+            found = [*problems(p)] or ([] if settles(p) else [UNSETTLED.format(p.step_s)])
         except ParametersError as error:
             found = str(error).split("\n")
         yield from (Problem(where, line) for line in found)

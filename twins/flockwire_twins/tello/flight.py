@@ -100,6 +100,7 @@ class SimulatedFlight:
         motion, attitude = airframe.motion(now), airframe.attitude(now)
         forward, left, up = to_body(motion.velocity, motion.yaw)
         height = motion.position[2] - self._ground
+        below = round(100.0 * height)  # cm
         warm = round(60.0 + 20.0 * self.motor_time / (self.motor_time + 120.0))
         agx, agy, agz = (round(1000.0 * a / 9.81, 2) + 0.0 for a in attitude.specific_force)
         return TelloState(
@@ -111,7 +112,7 @@ class SimulatedFlight:
             vgz=round(-10.0 * up),
             templ=warm,
             temph=warm + 3,
-            tof=_tof(height),
+            tof=max(LOWEST_TOF, below) if below <= FARTHEST_TOF else NO_TOF,
             h=10 * round(10.0 * height),
             bat=ceil(100.0 * self.battery - 1e-9),
             baro=round(160.0 + height, 2),
@@ -150,8 +151,3 @@ class SimulatedFlight:
         self.battery = max(0.0, self.battery - dt / (p.endurance if self.flying else p.idle_endurance))
         if not self.battery and self.airframe.motors:
             self.cut(self.next_cycle - CYCLE)
-
-
-def _tof(height: float) -> int:
-    centimetres = round(100.0 * height)
-    return NO_TOF if centimetres > FARTHEST_TOF else max(LOWEST_TOF, centimetres)
