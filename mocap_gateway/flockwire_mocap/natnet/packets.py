@@ -140,10 +140,8 @@ def can_adjust(version: Version, multicast: bool) -> bool:
     return version >= ADJUSTABLE and not multicast
 
 
-def version_of(text: str | None) -> Version | None:
+def version_of(text: str) -> Version:
     """Return a version that is written as "4.1"."""
-    if text is None:
-        return None
     major, _, minor = text.partition(".")
     return int(major), int(minor)
 

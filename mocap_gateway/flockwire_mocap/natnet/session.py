@@ -72,7 +72,8 @@ class NatNetSession:
     """
 
     def __init__(self, table: NatNet, bodies: Iterable[str] = ()) -> None:
-        self.table, self._asked = table, version_of(table.bitstream)
+        self.table = table
+        self._asked = version_of(table.bitstream) if table.bitstream is not None else None
         self._bodies = frozenset(bodies)
         self.info: ServerInfo | None = None
         self.names: dict[int, str] = {}

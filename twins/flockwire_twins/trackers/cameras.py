@@ -34,7 +34,7 @@ class SimulatedSource:
     """Measures the simulated airframes of the swarm under `conditions`, which may change.
 
     A body is available at the first `take` at least the latency (s) after its stamp, so latency is a multiple of the
-    frames.
+    frames. `called` is number and name of each drone's body.
     """
 
     def __init__(self, start: Start) -> None:
@@ -42,7 +42,10 @@ class SimulatedSource:
         parameters = swarm.gateway
         self._drones = {Key("truth", uav(i)): i for i in swarm.tracked}
         self.triggers = frozenset(self._drones)
-        self._names = {i: swarm.body(i) for i in swarm.tracked}
+        bodies = [(i, swarm.body(i)) for i in swarm.tracked]
+        self.called: dict[int, tuple[int, str | None]] = {
+            i: (i, body) if isinstance(body, str) else (body, None) for i, body in bodies
+        }
         self._frames = 0
         self._noise, self._dropout = parameters.noise, parameters.dropout
         self._latency = round(parameters.latency * SECOND)
@@ -86,7 +89,9 @@ class SimulatedSource:
             stamp = max(truth.stamp for truth in truths.values())
             for name, place in self.conditions.visitors:
                 seen = noisy(place, self._noise, self._randomness)
-                self._add(stamp, ReportedBody(self._visitors[name], name, seen, LEVEL, tracked=True))
+                self._measured.setdefault(stamp, []).append(
+                    ReportedBody(self._visitors[name], name, seen, LEVEL, tracked=True)
+                )
         due, frames = now - self._latency, list[TrackerFrame]()
         for stamp in sorted([stamp for stamp in self._measured if stamp <= due]):
             bodies = tuple(self._measured.pop(stamp))
@@ -111,13 +116,7 @@ class SimulatedSource:
             called = sum(pair) - called if called in pair else called
         if noise:
             position = noisy(position, noise, self._randomness)
-        name = self._names[called]
-        number, text = (called, name) if isinstance(name, str) else (name, None)
-        self._add(stamp, ReportedBody(number, text, position, truth.orientation, tracked=True))
-
-    def _add(self, stamp: int, body: ReportedBody) -> None:
-        at = self._measured.get(stamp)
-        if at is None:
-            self._measured[stamp] = [body]
-        else:
-            at.append(body)
+        number, name = self.called[called]
+        self._measured.setdefault(stamp, []).append(
+            ReportedBody(number, name, position, truth.orientation, tracked=True)
+        )

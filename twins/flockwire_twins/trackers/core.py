@@ -85,14 +85,8 @@ class TwinCore(Ground):
     @cached_property
     def _bodies(self) -> dict[int, ReportedBody]:
         """All bodies as they were reported last, unseen ones too, by number."""
-        visitors = (unseen(*numbered) for numbered in self.source.visitors)
-        bodies = map(self._named, (*map(self._unseen, self.swarm.tracked), *visitors))
-        return {body.identity: body for body in bodies}
-
-    def _unseen(self, drone: int) -> ReportedBody:
-        body = self.swarm.body(drone)
-        number, name = (drone, body) if isinstance(body, str) else (body, None)
-        return unseen(number, name)
+        numbered = (*self.source.called.values(), *self.source.visitors)
+        return {number: self._named(unseen(number, name)) for number, name in numbered}
 
     def _named(self, body: ReportedBody) -> ReportedBody:
         return body._replace(name=self._renamed.get(body.name or "", body.name))

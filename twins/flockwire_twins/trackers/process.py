@@ -18,7 +18,7 @@ from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import TRACKER
-from flockwire_mocap.natnet.packets import GROUP, OLDEST, version_of
+from flockwire_mocap.natnet.packets import GROUP, version_of
 
 from flockwire_twins.trackers.core import TwinCore
 from flockwire_twins.trackers.natnet import announced
@@ -38,8 +38,7 @@ def _server(gateway: Gateway, names: dict[int, str]) -> Server:
     if gateway.from_ros:
         return RosServer(names.values(), gateway.ros)
     table, twin = gateway.natnet, gateway.twin or Twin()
-    version = version_of(twin.version) or OLDEST
-    info = announced(version, table.multicast, table.data_port, table.group or GROUP)
+    info = announced(version_of(twin.version), table.multicast, table.data_port, table.group or GROUP)
     return NatNetServer(info, names, table.server, table.command_port)
 
 
