@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
 from dataclasses import replace
 from math import dist, hypot
 from random import Random
@@ -15,7 +14,7 @@ from flockwire_core.domain.quaternion import LEVEL
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector
 from flockwire_core.process.cores import Start
-from flockwire_core.swarm.gateway import Gateway, Unit, UpAxis
+from flockwire_core.swarm.gateway import Unit, UpAxis
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import GATEWAY
@@ -32,27 +31,6 @@ OTHER = (
     "a drone is {far:.2f} m from its start; with unit = {unit!r} and up_axis = {up_axis!r} in [gateway.{source}] "
     "all would be within {near:.2f} m of theirs"
 )
-
-
-def other_conventions(gateway: Gateway, places: Sequence[tuple[Vector, Vector]], tolerance: float) -> str:
-    """Return which unit and up axis bring all drones near their starts; empty if all are within `tolerance` (m) now.
-
-    `places` are where each drone is seen and where it starts, m on the field.
-    """
-    read = coordinates_of(gateway)
-    points = [
-        (read.to_tracker(ReportedBody(0, None, seen, LEVEL, tracked=True)).position, start) for seen, start in places
-    ]
-
-    def farthest(frame: Coordinates) -> float:
-        return max((dist(frame.position(point), start) for point, start in points), default=0.0)
-
-    frames = [replace(read, unit=unit, up_axis=axis) for unit in get_args(Unit) for axis in get_args(UpAxis)]
-    best = min(frames, key=farthest)
-    far, near = farthest(read), farthest(best)
-    if far <= tolerance or near > min(BETTER * far, NEAR * tolerance):
-        return ""
-    return OTHER.format(far=far, near=near, unit=best.unit, up_axis=best.up_axis, source=gateway.source)
 
 
 class BodyFigures(NamedTuple):
@@ -133,10 +111,24 @@ class Inspection:
         return [*lines, other] if other else lines
 
     def _conventions(self, there: dict[int, BodyFigures]) -> str:
-        """Return by which other conventions of the tracker the flying drones would be at their starts, empty: none."""
-        flying = [(row.position, self._swarm.drone(i).start) for i, row in there.items() if i in self._swarm.flying]
-        places = [(place, start) for place, start in flying if place is not None]
-        return other_conventions(self._swarm.gateway, places, self._swarm.limits.start_tolerance)
+        """Return which unit and up axis bring all flying drones near their starts; empty if all are near them now."""
+        read, tolerance = coordinates_of(self._swarm.gateway), self._swarm.limits.start_tolerance
+        points: list[tuple[Vector, Vector]] = []  # where each is seen, in the tracker's frame, and where it starts
+        for i, row in there.items():
+            if i in self._swarm.flying and row.position is not None:
+                seen = ReportedBody(i, None, row.position, LEVEL, tracked=True)
+                points.append((read.to_tracker(seen).position, self._swarm.drone(i).start))
+
+        def farthest(frame: Coordinates) -> float:
+            return max((dist(frame.position(point), start) for point, start in points), default=0.0)
+
+        frames = [replace(read, unit=unit, up_axis=axis) for unit in get_args(Unit) for axis in get_args(UpAxis)]
+        best = min(frames, key=farthest)
+        far, near = farthest(read), farthest(best)
+        if far <= tolerance or near > min(BETTER * far, NEAR * tolerance):
+            return ""
+        source = self._swarm.gateway.source
+        return OTHER.format(far=far, near=near, unit=best.unit, up_axis=best.up_axis, source=source)
 
     def _problem(self, row: BodyFigures, start: Vector) -> list[str]:
         who = f"{uav(row.drone or 0)}: its body {row.name!r}"
