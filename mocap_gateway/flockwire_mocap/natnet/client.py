@@ -18,26 +18,23 @@ from flockwire_mocap.natnet.source import NatNetSource
 BUFFER = 1 << 20  # bytes of the socket's queue: a second of frames and more
 
 
-def command_socket(local: str) -> socket.socket:
-    """Return a socket that sends from the address `local`, from any port; raises OSError if it is not of this host."""
-    sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
-    sock.setblocking(False)
-    sock.bind((local, 0))
-    return sock
+def listening(local: str, group: tuple[str, int] | None = None) -> socket.socket:
+    """Return a socket on the interface `local`, with any port, or for what is sent to the group (address, port) there.
 
-
-def multicast_socket(group: tuple[str, int], local: str) -> socket.socket:
-    """Return a socket that receives what is sent to the group (address, port) on the interface `local`."""
+    Raises OSError if the address is not of this host.
+    """
     sock = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     try:
-        sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # others on this host may listen too
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, BUFFER)
         sock.setblocking(False)
-        address, port = group
-        sock.bind(("" if sys.platform == "win32" else address, port))  # by its address: nothing else sent to the port
-        membership = socket.inet_aton(address) + socket.inet_aton(local)
-        sock.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, membership)
+        if group is None:
+            sock.bind((local, 0))
+        else:
+            address, port = group
+            sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # others on this host may listen too
+            sock.bind(("" if sys.platform == "win32" else address, port))  # nothing else that is sent to the port
+            membership = socket.inet_aton(address) + socket.inet_aton(local)
+            sock.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, membership)
     except OSError:
         sock.close()
         raise
@@ -76,7 +73,7 @@ class NatNetClient(AbstractAsyncContextManager[None]):
         """Open the sockets and start to greet the server; raises OSError if the interface does not exist."""
         interface = self._table.interface
         try:
-            self._listen(command_socket(interface))
+            self._listen(listening(interface))
             if self._table.multicast and (self._group is not None or self._session.version is not None):
                 self._join(self._group or (GROUP, DATA_PORT), clock.now())  # else frames could not be read yet
         except OSError as error:
@@ -134,7 +131,7 @@ class NatNetClient(AbstractAsyncContextManager[None]):
     def _join(self, group: tuple[str, int], now: int) -> None:
         self._tried_at = now
         left = self._sockets[1:]
-        self._listen(multicast_socket(group, self._table.interface))
+        self._listen(listening(self._table.interface, group))
         self._joined = group
         for sock in left:
             self._leave(sock)
