@@ -15,10 +15,10 @@ class VrpnClient(PersistentConnection[VrpnSource]):
     """Feeds a source with the pose reports of its server."""
 
     async def connected(self) -> str:
-        """Connect, and return the reason when the connection fails or is lost."""
+        """Pass bytes on in both directions; return the reason when the connection fails, or the server ends it."""
         source, table = self.source, self.source.table
         where = f"{table.server}:{table.port}"
-        source.reconnect()
+        connection = source.reconnect()
         try:
             async with asyncio.timeout(3.0):  # s for the server to accept
                 reader, writer = await asyncio.open_connection(table.server, table.port)
@@ -28,16 +28,11 @@ class VrpnClient(PersistentConnection[VrpnSource]):
         try:
             keep_alive(writer.transport)
             with contextlib.suppress(OSError):  # the server is gone
-                await self._talk(reader, writer)
+                writer.write(connection.outgoing())
+                while connection.failed is None and (data := await reader.read(1 << 16)):
+                    source.read(data, clock.now())
+                    self._drained()
+                    writer.write(connection.outgoing())
         finally:
             writer.close()
-        return f"{where} closed: {source.connection.failed or 'the server has ended it, or is gone'}"
-
-    async def _talk(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Pass bytes on in both directions until the server ends it, or nothing more can be read of it."""
-        connection = self.source.connection
-        writer.write(connection.outgoing())
-        while connection.failed is None and (data := await reader.read(1 << 16)):
-            self.source.read(data, clock.now())
-            self._drained()
-            writer.write(connection.outgoing())
+        return f"{where} closed: {connection.failed or 'the server has ended it, or is gone'}"

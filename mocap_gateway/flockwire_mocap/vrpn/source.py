@@ -69,9 +69,10 @@ class VrpnSource(StreamedSource):
         self._reports = Reports(self.counts)
         self.reconnect()
 
-    def reconnect(self) -> None:
+    def reconnect(self) -> VrpnConnection:
         """Start another connection."""
         self.connection = VrpnConnection(self.counts)
+        return self.connection
 
     def read(self, data: bytes, now: int) -> None:
         """Receive bytes of the connection that arrived at `now` (Unix ns)."""
