@@ -10,7 +10,7 @@ from collections.abc import Callable
 from functools import partial
 
 from flockwire_core import clock
-from flockwire_core.ros.graph import End, advice, dds_type
+from flockwire_core.ros.graph import advice, dds_type
 from flockwire_core.runtime.ros_ends import RosInput
 from flockwire_core.runtime.ros_node import Place, RosNode, join
 from flockwire_core.wire.processes import GATEWAY
@@ -70,7 +70,10 @@ class RosClient(contextlib.AbstractAsyncContextManager[None]):
         self._source.failure = f"gateway.ros.router = {router!r}: no router answers; start rmw_zenohd there ({why})"
 
     def _look(self, node: RosNode, seen: Counter[str]) -> None:
-        """Tell the source whether the router is there, what was dropped, who publishes, and why no pose arrives."""
+        """Tell the source whether the router is there, what was dropped, who publishes, and why no pose arrives.
+
+        Others are shown the subscriptions to topics that have a publisher.
+        """
         source = self._source
         if node.linked:
             source.failure = ""
@@ -80,14 +83,9 @@ class RosClient(contextlib.AbstractAsyncContextManager[None]):
         seen.update(node.counts - seen)
         source.publishers, domain = node.publishers(), source.table.domain
         source.advice = advice(source.publishers, domain, source.topic, source.ros_types, "gateway.ros.domain to that")
-        hidden = set(source.shown) - self._shown
+        types, hidden = {dds_type(ros_type): ros_type for ros_type in source.ros_types}, set(source.shown) - self._shown
         for end in source.publishers:
-            if end.domain == domain and end.name in hidden:
-                self._show(node, end)
-
-    def _show(self, node: RosNode, end: End) -> None:
-        """Show others the subscription to a topic, of the type that it has: one topic with two confuses their tools."""
-        for ros_type in self._source.ros_types:
-            if end.dds_type == dds_type(ros_type) and end.name not in self._shown:
-                self._shown.add(end.name)
-                node.show(end.name, ros_type)
+            if end.domain == domain and end.dds_type in types and end.name in hidden:
+                hidden.discard(end.name)
+                self._shown.add(end.name)  # of the type that it has: a topic with two confuses the tools of others
+                node.show(end.name, types[end.dds_type])
