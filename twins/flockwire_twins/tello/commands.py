@@ -24,8 +24,8 @@ def set_speed(drone: CommandedTello, texts: list[str], now: int) -> Reply:
     return OK
 
 
-def switch(what: Literal["pads", "streaming"], on: bool) -> Handler:
-    """Return the handler that starts or stops the search for mission pads, or the video."""
+def switch(what: Literal["pads", "streaming", "rebooting"], on: bool) -> Handler:
+    """Return the handler that starts or stops the search for mission pads, or the video, or restarts the drone."""
 
     def handle(drone: CommandedTello, texts: list[str], now: int) -> Reply:
         setattr(drone, what, on)
@@ -71,16 +71,8 @@ def motors(on: bool) -> Handler:
 
 def network(drone: CommandedTello, texts: list[str], now: int) -> Reply:
     """Receive the name and password of a network, and restart."""
-    if len(texts) != 2:
-        return ERROR
-    drone.rebooting = True
-    return REBOOT
-
-
-def reboot(drone: CommandedTello, texts: list[str], now: int) -> Reply:
-    """Restart."""
-    drone.rebooting = True
-    return OK
+    drone.rebooting = len(texts) == 2
+    return REBOOT if drone.rebooting else ERROR
 
 
 def extension(drone: CommandedTello, texts: list[str], now: int) -> Reply:
@@ -162,7 +154,7 @@ _COMMANDS: Final[dict[str, tuple[str, Handler]]] = {  # first SDK with it, handl
     "motoron": ("3.0", motors(True)),
     "motoroff": ("3.0", motors(False)),
     "throwfly": ("3.0", movements.take_off),  # as from the ground; a throw is not simulated
-    "reboot": ("3.0", reboot),
+    "reboot": ("3.0", switch("rebooting", True)),
     "port": ("3.0", set_port),
     "wifisetchannel": ("3.0", checked((1, 14))),
     "multiwifi": ("3.0", network),
