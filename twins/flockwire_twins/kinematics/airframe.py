@@ -32,12 +32,13 @@ class FlyingBody:
     """The common part of simulated airframes: one at `position` (m, world frame) at `now` (Unix ns).
 
     It flies if that is above the `ground` (m, world z), unless it is `standing` there, as on a table; the table is gone
-    after take-off. Commands take effect after a dead time (ns).
+    after take-off. `lag` and `dead_time` (s) are those of its response.
     """
 
     def __init__(
-        self, parameters: Airframe, dead_time: int, position: Vector, now: int, ground: float, standing: bool
-    ) -> None:
+        self, parameters: Airframe, lag: float, dead_time: float, position: Vector, now: int, ground: float,
+        standing: bool,
+    ) -> None:  # fmt: skip
         self.position, self.velocity, self.orientation = position, ZERO, LEVEL
         self._ground = ground
         airborne = self.height > CONTACT and not standing
@@ -45,7 +46,8 @@ class FlyingBody:
         self.battery = 1.0
         self.failure = ""  # why it stopped its motors by itself
         self._gain, self._endurance = parameters.gain, parameters.endurance
-        self._dead_time, self._now = dead_time, now
+        self._now = now
+        self.respond(lag, dead_time)
         self._input, self._yaw_rate, self._change = ZERO, 0.0, ZERO
         self._coming: deque[tuple[int, Vector, float, Vector]] = deque()  # effective time, command
         self._wind: Wind | None = None  # None: calm
@@ -61,7 +63,7 @@ class FlyingBody:
 
     def respond(self, lag: float, dead_time: float) -> None:
         """Set lag and dead time, s."""
-        raise NotImplementedError
+        self._lag, self._dead_time = lag, round(dead_time * SECOND)
 
     def wear(self, wear: Wear) -> None:
         """Set what is wrong with it."""
@@ -114,12 +116,7 @@ class FirstOrderAirframe(FlyingBody):
     def __init__(
         self, parameters: Airframe, position: Vector, now: int, ground: float = 0.0, standing: bool = False
     ) -> None:
-        super().__init__(parameters, round(parameters.dead_time * SECOND), position, now, ground, standing)
-        self._lag = parameters.lag
-
-    def respond(self, lag: float, dead_time: float) -> None:
-        """Set lag and dead time, s."""
-        self._lag, self._dead_time = lag, round(dead_time * SECOND)
+        super().__init__(parameters, parameters.lag, parameters.dead_time, position, now, ground, standing)
 
     def _fly(self, until: int) -> None:
         """Fly, fall or stand until `until` (Unix ns), which may be past, with the current input."""

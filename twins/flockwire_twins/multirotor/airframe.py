@@ -39,9 +39,9 @@ class Multirotor(FlyingBody):
         self, parameters: Airframe, p: Parameters, position: Vector, yaw: float, now: int, ground: float = 0.0,
         standing: bool = False,
     ) -> None:  # fmt: skip
-        super().__init__(parameters, 0, position, now, ground, standing)
+        super().__init__(parameters, 0.0, 0.0, position, now, ground, standing)  # lag, dead time beside its own
         self.vehicle = make_vehicle(p)
-        self._dt, self._step, self._yaw, self._lag = p.step_s, nanoseconds(p.step_s), yaw, 0.0
+        self._dt, self._step, self._yaw = p.step_s, nanoseconds(p.step_s), yaw
         self._followed = self._changed = ZERO  # the command behind the lag, m/s, and how it changes, m/s²
         self._lifted = self.state is not GROUNDED
         self._place = position  # where it stands
@@ -49,10 +49,6 @@ class Multirotor(FlyingBody):
         self._hover = p.mass_kg * GRAVITY / (4.0 * p.thrust_n[1])  # share of the most thrust
         self.vehicle.stand(position, yaw, spins=False)
         self._show(0.0)
-
-    def respond(self, lag: float, dead_time: float) -> None:
-        """Set the lag and dead time (s) of its commands, beside its own."""
-        self._lag, self._dead_time = lag, round(dead_time * SECOND)
 
     def wear(self, wear: Wear) -> None:
         """Set what is wrong with it."""
