@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
@@ -47,17 +48,15 @@ class CommandedTello:
         return quirk in self.parameters.quirks
 
 
+NUMBER = re.compile(r"-\d{1,4}|\d{1,5}")
 Handler = Callable[[CommandedTello, list[str], int], Reply]  # arguments: drone, words after the name, now (ns)
 
 
 def whole(texts: list[str], *ranges: tuple[int, int]) -> list[int]:
     """Return the texts as integers within their ranges; raises RefusedError."""
-    if len(texts) != len(ranges) or not all(len(text) < 6 and text.lstrip("-").isdecimal() for text in texts):
+    if len(texts) != len(ranges) or not all(map(NUMBER.fullmatch, texts)):
         raise RefusedError(ERROR)
-    try:
-        numbers = [int(text) for text in texts]
-    except ValueError:  # "1-" and "--1"
-        raise RefusedError(ERROR) from None
+    numbers = [int(text) for text in texts]
     if not all(low <= number <= high for number, (low, high) in zip(numbers, ranges, strict=True)):
         raise RefusedError(OUT_OF_RANGE)
     return numbers
