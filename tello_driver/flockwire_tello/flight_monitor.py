@@ -37,10 +37,6 @@ class FlightMonitor:
         """Return whether a state arrived lately."""
         return self.silence(now) < SILENT
 
-    def motors(self, now: int) -> bool:
-        """Return whether the motors are known to run."""
-        return now - self._ran_at < MOTORS_STAND
-
     @property
     def off_the_ground(self) -> bool:
         """Whether the newest state shows it off the ground."""
@@ -49,8 +45,8 @@ class FlightMonitor:
         return state is not None and (state.h >= 20 or CLEAR_BELOW <= state.tof <= FARTHEST_TOF)
 
     def airborne(self, now: int) -> bool:
-        """Return whether the newest state shows it off the ground, or its motors run."""
-        return self.off_the_ground or self.motors(now)
+        """Return whether the newest state shows it off the ground, or its motors are known to run."""
+        return self.off_the_ground or now - self._ran_at < MOTORS_STAND
 
     def down(self, now: int) -> bool:
         """Return whether it is known to be on the ground, motors stopped: their time has to be watched for a while."""
