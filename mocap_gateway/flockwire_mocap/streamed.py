@@ -44,9 +44,8 @@ class StreamedSource:
         self._coordinates, self._latency = coordinates_of(gateway), nanoseconds(latency)
         self.failure = failure  # the problem of the connection and its remedy in one line; empty while connected
         self.counts: Counter[str] = Counter()  # of bad frames and packets, by kind
-        self._awaited = awaited
-        bodies = None if awaited is None else tuple(awaited.values())
-        self._completeness = None if bodies is None else Completeness(bodies, 1.0 / gateway.rate_hz)
+        self._awaited = awaited or {}
+        self._completeness = Completeness(tuple(awaited.values()), 1.0 / gateway.rate_hz) if awaited else None
         self._named: dict[str, Counter[str]] = {}  # by what is counted, then by whose it is
         self._clocks: dict[str, SourceClock] = {}  # by sender
         self._complete = False
@@ -92,7 +91,7 @@ class StreamedSource:
             self._newest[identity] = (captured, body)
 
     def _completes(self, bodies: tuple[ReportedBody, ...], now: int) -> bool:
-        if self._completeness is None or self._awaited is None:
+        if self._completeness is None:
             return True
         complete = False
         for body in bodies:

@@ -152,17 +152,13 @@ class NatNetSession:
             case ModelDefinition():
                 self._model.wanted = not packet.complete
                 self.names = packet.names
-            case Response():
-                self._response(packet)
+            case Response() if self._asked is not None:
+                confirmed = "Bitstream,{}.{}".format(*self._asked)
+                self.adjusted |= packet.code == 0 or (packet.text or "").replace(" ", "").startswith(confirmed)
             case Rejected():
                 self.counts["packets malformed"] += 1
                 self.rejected = packet.reason
         return None
-
-    def _response(self, response: Response) -> None:
-        if self._asked is not None:
-            confirmed = "Bitstream,{}.{}".format(*self._asked)
-            self.adjusted |= response.code == 0 or (response.text or "").replace(" ", "").startswith(confirmed)
 
     def _forget_names(self) -> None:
         self.names = {}
