@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import re
 import socket
 
 import pytest
@@ -32,14 +33,14 @@ async def talk(*commands):
     client, loop, here = TelloClient(), asyncio.get_running_loop(), asyncio.get_running_loop().create_future()
     states, _ = await loop.create_datagram_endpoint(lambda: Shell(client.receive_state), local_addr=(CLIENT, 0))
     port = states.get_extra_info("sockname")[1]
-    server = asyncio.create_task(
-        serve(TelloParameters(state_port=port, **QUICK), (DRONE, 0), 0, here.set_result, print)
-    )
+    server = asyncio.create_task(serve(TelloParameters(state_port=port, **QUICK), (DRONE, 0), 0, here.set_result))
     await asyncio.wait((here, server), return_when=asyncio.FIRST_COMPLETED)
     if server.done():
         server.result()  # raises why it could not begin
     replies, _ = await loop.create_datagram_endpoint(
-        lambda: Shell(client.receive), local_addr=(CLIENT, 0), remote_addr=await here
+        lambda: Shell(client.receive),
+        local_addr=(CLIENT, 0),
+        remote_addr=(DRONE, int(re.search(rf"at {DRONE}:(\d+),", await here)[1])),
     )
     ended = []
     try:

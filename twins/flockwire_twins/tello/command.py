@@ -37,20 +37,10 @@ def tello_sim(
     except ValueError as error:
         raise ValueError(f"--quirk = {error}") from None
 
-    def ready(at: tuple[str, int]) -> None:
-        shown = ", ".join(sorted(quirks)) or "none"
-        print(
-            f"flockwire: simulated Tello (SDK {sdk}) at {at[0]}:{at[1]}, state to port {state_port} of its client, "
-            f"quirks: {shown}; Ctrl-C ends it",
-            flush=True,
-        )
-
     try:
         serial = f"0TQZSI{crc32(f'{address}:{port}'.encode()):08X}"
         parameters = TelloParameters(generation=sdk, quirks=quirks, state_port=state_port, serial=serial)  # type: ignore[arg-type]
-        asyncio.run(
-            serve(parameters, (address, port), seed, ready, lambda line: print(f"flockwire: {line}", flush=True))
-        )
+        asyncio.run(serve(parameters, (address, port), seed, lambda line: print(f"flockwire: {line}", flush=True)))
     except OSError as error:
         raise ValueError(
             f"--address = {address}, --port = {port}: cannot be bound: {error.strerror or error} (is another simulated "

@@ -77,12 +77,11 @@ async def serve(
     parameters: TelloParameters,
     address: Address,
     seed: int,
-    ready: Callable[[Address], None],
     note: Callable[[str], None],
 ) -> None:
     """Serve one simulated Tello on `address` until Ctrl-C or SIGTERM.
 
-    Calls `ready` with the bound address, and `note` with lines for whoever watches it.
+    Calls `note` with lines for whoever watches it: first with the bound address.
 
     Raises OSError if it cannot be bound.
     """
@@ -91,7 +90,11 @@ async def serve(
     loop = asyncio.get_running_loop()
     transport, _ = await loop.create_datagram_endpoint(lambda: TelloServer(tello), sock=sock)
     try:
-        ready(sock.getsockname())
+        (host, port), quirks = sock.getsockname(), ", ".join(sorted(parameters.quirks)) or "none"
+        note(
+            f"simulated Tello (SDK {parameters.generation}) at {host}:{port}, state to port {parameters.state_port} of "
+            f"its client, quirks: {quirks}; Ctrl-C ends it"
+        )
         await ended.wait()
     finally:
         transport.close()
