@@ -84,11 +84,6 @@ class KinematicsCore:
         if new.wind != before.wind:
             self._blow(new.wind)
 
-    @property
-    def flies(self) -> bool:
-        """Whether any airframe is in the air."""
-        return any(airframe.in_the_air for airframe in self._airframes.values())
-
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Receive a message."""
         match message:
@@ -140,7 +135,8 @@ class KinematicsCore:
     def may_end(self, now: int) -> bool:
         """Return whether every drone has stood on the ground for a second."""
         # Checked now: this process may have been frozen since its last step.
-        return not self.flies and now - self._flew >= self._settled
+        flies = any(airframe.in_the_air for airframe in self._airframes.values())
+        return not flies and now - self._flew >= self._settled
 
     def report(self, now: int) -> Report:
         """Return the status of the drones."""
