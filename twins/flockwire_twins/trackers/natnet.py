@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -23,12 +24,14 @@ from flockwire_mocap.natnet.packets import (
     encode_frame,
     encode_model,
     encode_server_info,
+    version_of,
 )
 from flockwire_mocap.natnet.parsing import parse_request
 from flockwire_mocap.tracking import TrackerFrame
 
 FREQUENCY = 10_000_000  # Hz, of the performance counter of most Windows machines
 LIFETIME = 5 * SECOND  # ns without a request after which a client gets no more frames
+VERSION = re.compile(r"\d+\.\d+")
 DONE, REFUSED = bytes(4), b"\x01\x00\x00\x00"
 
 Address = tuple[str, int]
@@ -65,7 +68,10 @@ class NatNetTwin:
         """Receive a client's datagram at `now`, ns; returns the answer, if there is one."""
         request = parse_request(datagram)
         if isinstance(request, Connect):
-            return self._greet(request.version, client, now)
+            wanted = request.version
+            version = wanted if wanted is not None and self._supports(wanted) else self.info.version
+            self._clients[client] = _Client(version, now)
+            return encode_server_info(self.info._replace(natnet_version=(*version, 0, 0)))
         if client in self._clients:
             self._clients[client].received_at = now
         if isinstance(request, Echo):
@@ -82,21 +88,15 @@ class NatNetTwin:
     def datagrams(self, frame: TrackerFrame, now: int) -> list[tuple[bytes, Address]]:
         """Return the datagrams for a frame with their addresses, at `now`, ns."""
         self._ahead = frame.transmitted - now
-        if self.info.multicast:
-            target = (self.info.group, self.info.data_port)
-            return [(encode_frame(_mocap_frame(frame), self.info.version), target)]
+        sent, info = _mocap_frame(frame), self.info
+        if info.multicast:
+            return [(encode_frame(sent, info.version), (info.group, info.data_port))]
         self._clients = {
             address: known for address, known in self._clients.items() if now - known.received_at < LIFETIME
         }
-        datagrams = {known.version: b"" for known in self._clients.values()}
-        for version in datagrams:
-            datagrams[version] = encode_frame(_mocap_frame(frame), version)
+        versions = {known.version for known in self._clients.values()}
+        datagrams = {version: encode_frame(sent, version) for version in versions}
         return [(datagrams[known.version], address) for address, known in self._clients.items()]
-
-    def _greet(self, wanted: Version | None, client: Address, now: int) -> bytes:
-        version = wanted if wanted is not None and self._supports(wanted) else self.info.version
-        self._clients[client] = _Client(version, now)
-        return encode_server_info(self.info._replace(natnet_version=(*version, 0, 0)))
 
     def _supports(self, version: Version) -> bool:
         return can_adjust(self.info.version, self.info.multicast) and OLDEST <= version <= self.info.version
@@ -112,14 +112,10 @@ class NatNetTwin:
             return encode(Kind.UNRECOGNIZED)
         if not argument:
             return encode(Kind.RESPONSE, "Bitstream,{}.{}\0".format(*self._version(client)).encode())
-        major, _, minor = argument.partition(".")
         known = self._clients.get(client)
-        if known is None or not (major.isdecimal() and minor.isdecimal()):
+        if known is None or not (VERSION.fullmatch(argument) and self._supports(version_of(argument))):
             return encode(Kind.RESPONSE, REFUSED)
-        version = (int(major), int(minor))
-        if not self._supports(version):
-            return encode(Kind.RESPONSE, REFUSED)
-        known.version = version
+        known.version = version_of(argument)
         return encode(Kind.RESPONSE, DONE)
 
 
