@@ -44,13 +44,6 @@ class Finished(NamedTuple):
     latency: float = 0.0
 
 
-class Poll(NamedTuple):
-    """What `poll` returns: datagrams for the drone's command port, and the commands that ended, both in order."""
-
-    datagrams: list[bytes]
-    finished: list[Finished]
-
-
 @dataclass
 class _InFlight:
     command: str
@@ -132,8 +125,8 @@ class TelloClient:
         if states:
             self.state, self.state_time = states[-1], now
 
-    def poll(self, now: int) -> Poll:
-        """Return the datagrams to send at `now`, and the commands that ended since the last call."""
+    def poll(self, now: int) -> tuple[list[bytes], list[Finished]]:
+        """Return the datagrams for the drone's command port, and the commands that ended since the last call."""
         datagrams = ["emergency"] * self._emergencies
         self._emergencies = 0
         if self._sticks is not None:
@@ -141,7 +134,7 @@ class TelloClient:
             self._sticks = None
         datagrams.extend(self._advance(now))
         finished, self._finished = self._finished, []
-        return Poll([text.encode("ascii") for text in datagrams], finished)
+        return [text.encode("ascii") for text in datagrams], finished
 
     def _advance(self, now: int) -> Iterable[str]:
         self._owed = deque((owed for owed in self._owed if owed.until > now), MOST_OWED)

@@ -109,11 +109,11 @@ class DriverCore:
     def outgoing(self, now: int) -> list[Datagram]:
         """Return the datagrams to send at `now`."""
         t = now - self._began
-        poll = self._client.poll(t)
-        for done in poll.finished:
+        datagrams, finished = self._client.poll(t)
+        for done in finished:
             self._link.ended(done, t)
             self._flight.ended(done, t)
-        return [Datagram(data, self._own, self._drone) for data in poll.datagrams]
+        return [Datagram(data, self._own, self._drone) for data in datagrams]
 
     def retire(self, now: int) -> None:
         """Land the drone if the pilot does not within RETIREMENT, because the process must end."""

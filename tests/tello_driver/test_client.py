@@ -18,9 +18,9 @@ class Talk:
         self.sent, self.ended = [], []
 
     def poll(self):
-        found = self.client.poll(self.now)
-        self.sent += [datagram.decode() for datagram in found.datagrams]
-        self.ended += [(end.command, end.outcome, end.reply) for end in found.finished]
+        datagrams, finished = self.client.poll(self.now)
+        self.sent += [datagram.decode() for datagram in datagrams]
+        self.ended += [(end.command, end.outcome, end.reply) for end in finished]
 
     def send(self, *commands):
         for command in commands:
@@ -49,7 +49,7 @@ def test_a_reply_ends_its_command_with_its_latency(talk):
     talk.send("command")
     talk.now += 30 * MS
     talk.client.receive(b"ok", talk.now)
-    (end,) = talk.client.poll(talk.now).finished
+    _, (end,) = talk.client.poll(talk.now)
     assert (end.command, end.outcome, end.reply, end.latency) == (
         "command",
         CommandOutcome.DONE,

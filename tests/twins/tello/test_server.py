@@ -48,10 +48,10 @@ async def talk(*commands):
         while len(ended) < len(commands) and clock.monotonic() < until:
             if waiting and len(ended) == len(commands) - len(waiting):
                 client.send(waiting.pop(0), clock.monotonic())
-            found = client.poll(clock.monotonic())
-            for datagram in found.datagrams:
+            datagrams, finished = client.poll(clock.monotonic())
+            for datagram in datagrams:
                 replies.sendto(datagram)
-            ended += found.finished
+            ended += finished
             await asyncio.sleep(0.01)
     finally:
         states.close()
