@@ -30,6 +30,3 @@ class Processes:
 
     def start(self, identity):
         self.started.append(identity)
-
-    async def restart(self, identity):
-        self.start(identity)

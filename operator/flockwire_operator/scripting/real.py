@@ -50,7 +50,6 @@ class RealFlight(Flight):
                 raise FlightError(str(error)) from None
             self._core = self._operator.core
             restarts = Restarts(self._host.plan, children, _note)
-            self._processes.push_async_callback(restarts.end)
             self._conducting = asyncio.create_task(self._operator.run(partial(self._look_after, restarts)))
             self._processes.push_async_callback(self._end_conducting)
             self._resources = stack.pop_all()

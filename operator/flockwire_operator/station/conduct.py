@@ -98,11 +98,7 @@ async def serve(
             injector.step(now - director.took_off)
         return died
 
-    try:
-        failure = await at_terminal(operator, display, interrupted, LEFT_TO_THEMSELVES, look_after)
-    finally:
-        await injector.end()
-        await restarts.end()
+    failure = await at_terminal(operator, display, interrupted, LEFT_TO_THEMSELVES, look_after)
     lost = unrecorded(host.plan.recorders, operator.statuses) if host.conducts else ""
     return "; ".join(filter(None, (failure, lost)))
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import signal
 from collections.abc import Callable
 from functools import partial
@@ -74,7 +73,7 @@ class FaultInjector:
         ]
         self._ends: list[tuple[float, Callable[[], None]]] = []
         self._rows, self._children, self._relays = host.plan.rows, children, relays
-        self._restarts: set[asyncio.Task[None]] = set()
+        self._restarting: list[str] = []  # killed processes that start again when they have ended
 
     def step(self, since_takeoff: int) -> None:
         """Inject the faults due `since_takeoff` ns after the take-off order."""
@@ -84,10 +83,9 @@ class FaultInjector:
         for end in [end for end in self._ends if end[0] <= t]:
             self._ends.remove(end)
             end[1]()
-
-    async def end(self) -> None:
-        """Wait for pending work."""
-        await asyncio.gather(*self._restarts)
+        for identity in [identity for identity in self._restarting if not self._children.runs(identity)]:
+            self._restarting.remove(identity)
+            self._children.start(identity)
 
     def _inject(self, fault: Kill | Restart | Freeze | LinkFault) -> None:
         match fault:
@@ -101,7 +99,7 @@ class FaultInjector:
                     thaw = partial(self._children.signal, fault.process, signal.SIGCONT)
                     self._ends.append((fault.at + fault.duration, thaw))
             case Restart():
-                task = asyncio.create_task(self._children.restart(fault.process))
-                self._restarts.add(task)
+                self._children.kill(fault.process)
+                self._restarting.append(fault.process)
             case Cut() | LinkChange() | Partition():
                 self._ends.append((fault.at + fault.duration, self._relays.inject(fault)))

@@ -46,7 +46,10 @@ class Children:
         (host.out / "logs").mkdir(parents=True, exist_ok=True)
 
     def start(self, identity: str) -> None:
-        """Start the process of `identity`."""
+        """Start the process of `identity`, unless it runs."""
+        if self.runs(identity):
+            return
+        self._expected_exits.discard(identity)
         line = self._host.command_line(identity, self.took_off)
         added = self._host.environments.get(identity, {})
         with self.log(identity).open("ab") as log:
@@ -70,25 +73,17 @@ class Children:
         self._expected_exits.add(identity)
         self.signal(identity, signal.SIGKILL)
 
-    async def restart(self, identity: str) -> None:
-        """Kill the process of `identity`, if it runs, and restart it."""
-        self.kill(identity)
-        if identity in self._running:
-            await _exited(self._running[identity])
-        self.start(identity)
-        self._expected_exits.discard(identity)
-
     def log(self, identity: str) -> Path:
         """Return the log file of `identity`."""
         return self._host.out / "logs" / f"{identity}.log"
 
+    def runs(self, identity: str) -> bool:
+        """Return whether the process of `identity` runs."""
+        return identity in self._running and self._running[identity].poll() is None
+
     def ended(self) -> tuple[str, ...]:
         """Return the processes that ended unexpectedly."""
-        return tuple(
-            identity
-            for identity, process in self._running.items()
-            if process.poll() is not None and identity not in self._expected_exits
-        )
+        return tuple(i for i in self._running if not self.runs(i) and i not in self._expected_exits)
 
     def refused(self, identity: str) -> bool:
         """Return whether a process ended because of its configuration: a restart would fail too."""
@@ -117,7 +112,7 @@ class Children:
         rows = self._host.plan.rows
         flyers = [identity for identity in self._running if rows[identity].flies]
         await self._end_all(flyers, interrupted)
-        if (flyers or interrupted.count <= 1) and all(self._running[i].poll() is not None for i in flyers):
+        if (flyers or interrupted.count <= 1) and not any(map(self.runs, flyers)):
             ranked = sorted(self._running.keys() - flyers, key=lambda identity: rows[identity].rank)
             for _, others in groupby(ranked, lambda identity: rows[identity].rank):
                 await self._end_all(others, Interrupts())
@@ -142,18 +137,10 @@ class Children:
         process.send_signal(signal.SIGCONT)  # a frozen process would not handle SIGTERM
         process.terminate()
         deadline = clock.monotonic() + nanoseconds(patience)
-        while process.poll() is None and clock.monotonic() < deadline:
-            if interrupted.count > 1:
-                return
+        while process.poll() is None and interrupted.count <= 1:
+            if clock.monotonic() >= deadline:
+                process.kill()
             await asyncio.sleep(POLL)
-        process.kill()
-        await _exited(process)
-
-
-async def _exited(process: subprocess.Popen[bytes]) -> None:
-    """Wait until a process has ended."""
-    while process.poll() is None:  # noqa: ASYNC110  (nobody sets an event at a child's end)
-        await asyncio.sleep(POLL)
 
 
 async def start_processes(host: Host, children: Children, operator: Operator, interrupted: Interrupts) -> None:

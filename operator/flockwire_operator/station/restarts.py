@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from collections import Counter
 from collections.abc import Callable
 
@@ -25,7 +24,6 @@ class Restarts:
 
     def __init__(self, plan: Plan, children: Children, note: Callable[[str], None]) -> None:
         self._plan, self._children, self._note = plan, children, note
-        self._tasks: list[asyncio.Task[None]] = []
         self._counts: Counter[str] = Counter()  # of restarts, by identity
         self._due: dict[str, int] = {}  # when each of those that wait is restarted, by identity
 
@@ -33,14 +31,11 @@ class Restarts:
         """Restart dead processes at `now` (ns); returns a line about one whose death ends the flight, else empty."""
         for identity in self._children.ended():
             self._died(identity, now)
+        died = self._children.died()
         for identity in [identity for identity, due in self._due.items() if now >= due]:
             del self._due[identity]
-            self._tasks.append(asyncio.create_task(self._children.restart(identity)))
-        return self._children.died()
-
-    async def end(self) -> None:
-        """Wait for pending work."""
-        await asyncio.gather(*self._tasks)
+            self._children.start(identity)
+        return died
 
     def _died(self, identity: str, now: int) -> None:
         row, refused = self._plan.rows[identity], self._children.refused(identity)

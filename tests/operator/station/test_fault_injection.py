@@ -170,3 +170,21 @@ def test_a_process_is_thawed_when_the_last_freeze_of_it_ends(make_plan):
     for tenths in range(10, 21):
         injector.step(tenths * 10**8)
     assert [one for one in sent if one[2] == "SIGCONT"] == [(16, "uav1", "SIGCONT"), (20, "uav2", "SIGCONT")]
+
+
+def test_a_restarted_process_is_killed_and_starts_again_when_it_has_ended(make_plan):
+    plan, sent, running = make_plan(), [], {"uav1"}
+    children = SimpleNamespace(
+        kill=lambda who: sent.append(("kill", who)),
+        start=lambda who: sent.append(("start", who)),
+        runs=running.__contains__,
+    )
+    faults = read(plan, {"at": 1.0, "kind": "restart", "process": "uav1"})
+    injector = FaultInjector(faults, Host(plan, None, "local", None, None), children, None)
+    injector.step(10**9)
+    injector.step(2 * 10**9)
+    assert sent == [("kill", "uav1")]
+    running.clear()
+    injector.step(3 * 10**9)
+    injector.step(4 * 10**9)
+    assert sent == [("kill", "uav1"), ("start", "uav1")]

@@ -1,7 +1,5 @@
 """Which dead processes are restarted in a flight, and after what pause."""
 
-import asyncio
-
 import pytest
 from flockwire_core.domain.time import SECOND
 from flockwire_operator.station.restarts import LONGEST_PAUSE, MOST_AT_ONCE, Restarts
@@ -14,15 +12,7 @@ def flight(make_plan):
     children, notes = Processes(), []
     restarts = Restarts(make_plan({"ros.orders": []}), children, notes.append)
 
-    def step(seconds):
-        async def run():
-            found = restarts.step(round(seconds * SECOND))
-            await asyncio.sleep(0)
-            return found
-
-        return asyncio.run(run())
-
-    return children, notes, step
+    return children, notes, lambda seconds: restarts.step(round(seconds * SECOND))
 
 
 def test_a_dispensable_process_is_restarted_after_a_growing_pause_and_ends_no_flight(flight):

@@ -36,10 +36,7 @@ class StationFlight:
         self.at = {}
 
     async def serve(self):
-        async def end():
-            """Nothing is under way."""
-
-        injector = SimpleNamespace(step=self.injected.append, end=end)
+        injector = SimpleNamespace(step=self.injected.append)
         return await serve(self.host, self.children, self.operator, injector, self.interrupted, headless=True)
 
     @property
@@ -159,11 +156,11 @@ def test_a_dead_recorder_is_restarted_which_is_said_and_ends_no_flight(fly, caps
 def test_a_recorder_that_dies_again_and_again_lands_the_drones_at_last(fly):
     flight = fly(duration=0.0)
 
-    async def restart(identity):
+    def start(identity):
         flight.children.started.append(identity)
         flight.children.dead.append(identity)
 
-    flight.children.restart = restart
+    flight.children.start = start
     flight.at = {Stage.FLYING: lambda: flight.children.dead.append("recorder")}
     assert flight.conduct() == "recorder ended unexpectedly (signal SIGKILL)"
     assert flight.children.started == ["recorder"] * MOST_AT_ONCE
