@@ -40,11 +40,11 @@ async def open_swarm(
     if virtual:
         from flockwire_operator.scripting.virtual import VirtualFlight  # noqa: PLC0415
 
-        async with VirtualFlight(plan, path, seed, Path(out) if out is not None else None) as flight:
-            yield flight
-        return
-    from flockwire_operator.scripting.real import RealFlight  # noqa: PLC0415
+        opening = VirtualFlight.opened(plan, path, seed, Path(out) if out is not None else None)
+    else:
+        from flockwire_operator.scripting.real import RealFlight  # noqa: PLC0415
 
-    folder = Path(out or f"runs/{plan.swarm.name}-script-{clock.local():%Y%m%d-%H%M%S}")
-    async with RealFlight(plan, path, folder) as real:
-        yield real
+        folder = Path(out or f"runs/{plan.swarm.name}-script-{clock.local():%Y%m%d-%H%M%S}")
+        opening = RealFlight.opened(plan, path, folder)
+    async with opening as flight:
+        yield flight

@@ -42,10 +42,8 @@ class DroneStatus:
 class Flight(ABC):
     """A flight by script; `summary` is available after its end. All times are s, all lengths m."""
 
-    _core: OperatorCore  # gives the orders; set when the flight opens
-
-    def __init__(self, plan: Plan) -> None:
-        self._plan = plan
+    def __init__(self, plan: Plan, core: OperatorCore) -> None:
+        self._plan, self._core = plan, core  # which gives the orders
         self.summary: Summary | None = None
 
     @property

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import sys
-from contextlib import AsyncExitStack
+from collections.abc import AsyncIterator
+from contextlib import AsyncExitStack, asynccontextmanager
 from functools import partial
 from pathlib import Path
-from typing import Self
 
 from flockwire_analysis.report import write_report
 from flockwire_core import clock
@@ -18,6 +17,7 @@ from flockwire_core.wire.plan import Plan
 from flockwire_operator.scripting.flight import Flight, FlightError
 from flockwire_operator.station.folders import complete_keys
 from flockwire_operator.station.host import Host
+from flockwire_operator.station.operator import Operator
 from flockwire_operator.station.processes import UnansweredError, running
 from flockwire_operator.station.restarts import Restarts
 from flockwire_operator.station.terminal.interrupts import Interrupts
@@ -28,64 +28,55 @@ def _note(event: str) -> None:
 
 
 class RealFlight(Flight):
-    """A flight of `plan`, of the swarm file `file`; trace, report and logs go into the folder `out`.
+    """A flight of `plan` by the orders of `operator`."""
 
-    The script handles signals: Ctrl-C in asyncio.run only cancels its task, and the flight lands.
-    """
+    def __init__(self, plan: Plan, operator: Operator) -> None:
+        super().__init__(plan, operator.core)
+        self._operator = operator
 
-    def __init__(self, plan: Plan, file: Path, out: Path) -> None:
-        super().__init__(plan)
-        host = next(iter(plan.swarm.hosts))
-        self._host = Host(plan, file, host, out, complete_keys(file, plan, None, host))
-        self._resources = AsyncExitStack()
+    @classmethod
+    @asynccontextmanager
+    async def opened(cls, plan: Plan, file: Path, out: Path) -> AsyncIterator[Flight]:
+        """Run all processes of the swarm `file` for a flight; trace, report and logs go into the folder `out`.
 
-    async def __aenter__(self) -> Self:
-        """Start all processes; returns when they run."""
-        async with AsyncExitStack() as stack:
-            stack.enter_context(unblocked())
-            self._processes = await stack.enter_async_context(AsyncExitStack())
+        The script handles signals: Ctrl-C in asyncio.run only cancels its task, and the flight lands.
+        """
+        name = next(iter(plan.swarm.hosts))
+        host = Host(plan, file, name, out, complete_keys(file, plan, None, name))
+        with unblocked():
+            processes = AsyncExitStack()
             try:
-                children, self._operator = await self._processes.enter_async_context(running(self._host, Interrupts()))
+                children, operator = await processes.enter_async_context(running(host, Interrupts()))
             except UnansweredError as error:
                 raise FlightError(str(error)) from None
-            self._core = self._operator.core
-            restarts = Restarts(self._host.plan, children, _note)
-            self._conducting = asyncio.create_task(self._operator.run(partial(self._look_after, restarts)))
-            self._processes.push_async_callback(self._end_conducting)
-            self._resources = stack.pop_all()
-        return self
+            flight, ended, restarts = cls(plan, operator), asyncio.Event(), Restarts(plan, children, _note)
 
-    async def __aexit__(self, _: object, failure: BaseException | None, __: object) -> None:
-        """Land flying drones, end all processes, write the report; raises FlightError if it cannot be written.
+            def look_after(now: int) -> bool | None:
+                """Restart dead processes; if one cannot be restarted, all drones land."""
+                if died := restarts.step(now):
+                    operator.core.abort(died, now)
+                return ended.is_set() or None
 
-        If the flight has already failed, the script gets that failure.
-        """
-        async with self._resources:
-            try:
-                await self._land_what_flies()
-            finally:
-                await self._processes.aclose()
-            out = self._host.out
-            try:
-                self.summary = write_report(out / "trace.mcap", out)
-            except (OSError, ValueError) as error:
-                if failure is None:
-                    raise FlightError(f"there is no report: {error}") from error
+            async with AsyncExitStack() as stack:  # its end is in the opposite order
+                stack.push(partial(flight._report, out))
+                await stack.enter_async_context(processes)
+                conducting = asyncio.create_task(operator.run(look_after))
+                stack.push_async_callback(lambda: conducting)
+                stack.callback(ended.set)
+                stack.push_async_callback(flight._land_what_flies)
+                yield flight
 
-    async def _end_conducting(self) -> None:
-        self._conducting.cancel()
-        with contextlib.suppress(asyncio.CancelledError):
-            await self._conducting
+    def _report(self, out: Path, _: object, failure: BaseException | None, __: object) -> None:
+        """Write the report; raises FlightError if it cannot, but if there is a `failure`, the script gets that."""
+        try:
+            self.summary = write_report(out / "trace.mcap", out)
+        except (OSError, ValueError) as error:
+            if failure is None:
+                raise FlightError(f"there is no report: {error}") from error
 
     async def sleep(self, seconds: float) -> None:
         """Wait."""
         await asyncio.sleep(seconds)
-
-    def _look_after(self, restarts: Restarts, now: int) -> bool | None:
-        """Restart dead processes; if one cannot be restarted, all drones land."""
-        if died := restarts.step(now):
-            self._core.abort(died, now)
-        return None
 
     def _now(self) -> int:
         return clock.now()

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from pathlib import Path
-from typing import Self
 
 from flockwire_analysis.report import write_report
 from flockwire_analysis.summary import summarise
@@ -17,35 +18,33 @@ from flockwire_operator.scripting.flight import Flight
 
 
 class VirtualFlight(Flight):
-    """A flight of `plan` by `seed`; with a folder `out` its trace and report go there."""
+    """A flight in `world`."""
 
-    def __init__(self, plan: Plan, file: Path, seed: int, out: Path | None) -> None:
-        self._out = out
+    def __init__(self, world: World) -> None:
+        super().__init__(world.plan, world.station().core)
+        self._world = world
+
+    @classmethod
+    @asynccontextmanager
+    async def opened(cls, plan: Plan, file: Path, seed: int, out: Path | None) -> AsyncIterator[Flight]:
+        """Fly `plan` by `seed`; with a folder `out` its trace and report go there."""
+        trace: TraceFile | TraceInMemory = TraceInMemory(plan.swarm, seed)
         if out is not None:
             out.mkdir(parents=True, exist_ok=True)
-            text = file.read_text(encoding="utf-8")
-            self._trace: TraceFile | TraceInMemory = TraceFile(out / "trace.mcap", plan.swarm, text, seed)
-        else:
-            self._trace = TraceInMemory(plan.swarm, seed)
-        self._world = World(plan.swarm, seed, 0.0, (), self._trace.take)
-        self._world.conduct(None)
-        super().__init__(self._world.plan)
-        self._core = self._world.station().core
-
-    async def __aenter__(self) -> Self:
-        """Begin."""
-        return self
-
-    async def __aexit__(self, *_: object) -> None:
-        """Land flying drones, end, and summarise."""
-        await self._land_what_flies()
-        await self.sleep(LINGER / SECOND)
-        if isinstance(self._trace, TraceInMemory):
-            self.summary = summarise(self._trace.trace())
-        else:
-            self._trace.close()
-            assert self._out is not None  # noqa: S101  (there is a file)
-            self.summary = write_report(self._out / "trace.mcap", self._out)
+            trace = TraceFile(out / "trace.mcap", plan.swarm, file.read_text(encoding="utf-8"), seed)
+        world = World(plan.swarm, seed, 0.0, (), trace.take)
+        world.conduct(None)
+        flight = cls(world)
+        try:
+            yield flight
+        finally:
+            await flight._land_what_flies()
+            await flight.sleep(LINGER / SECOND)
+            if isinstance(trace, TraceInMemory):
+                flight.summary = summarise(trace.trace())
+            elif out is not None:
+                trace.close()
+                flight.summary = write_report(out / "trace.mcap", out)
 
     async def sleep(self, seconds: float) -> None:
         """Advance virtual time by `seconds`."""
