@@ -32,6 +32,7 @@ EXCITED = sum(duration for duration, _ in PULSES)  # s
 STEP = 0.3  # m/s
 MOST_INTERRUPTIONS = 5  # holds, by the staleness ladder, that it tolerates
 ROSE, NOT_ROSE = 0.6, 0.25  # m, of a drone by its own sensors, and of its body at the tracker
+OTHER_BODY = "the drone climbs, but its body at the tracker does not: does the body belong to another drone?"
 PATIENCE = 60.0  # s to wait for poses, telemetry and take-off
 
 
@@ -75,7 +76,7 @@ class ExcitationCore:
         self._ground: float | None = None  # start of the tracked body, m
         self._height = 0.0  # of the tracked body above that, m
         self._place: Vector | None = None
-        self._direction = ZERO
+        self._direction, self._turn = ZERO, 0.0  # of the excited axis: a unit vector, or a share of the yaw
         self._yaw = 0.0  # of the newest pose, not wrapped
         self._changes: list[tuple[float, float]] = []
         self._track: list[tuple[float, float]] = []
@@ -86,12 +87,16 @@ class ExcitationCore:
         if take is not None:
             take(message)
         if isinstance(message, Telemetry):
-            self._compare(message, now)
+            high = self.stage is ExcitationStage.WAITING and message.height > ROSE
+            if high and self._height < NOT_ROSE:  # by its own sensors, but not at the tracker
+                self._fail(OTHER_BODY, now)
         if isinstance(message, Pose) and key == self._pilot.pose_key:
             self._ground = message.position[2] if self._ground is None else self._ground
             self._height = message.position[2] - self._ground
             self._yaw += wrapped(yaw_of(message.orientation) - self._yaw)
-            self._note_pose(message)
+            if self.stage is ExcitationStage.EXCITING and self._place is not None:
+                moved = self._along(subtract(message.position, self._place), self._yaw)
+                self._track.append(((message.stamp - self._pilot.born) / SECOND, moved))
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
         """Advance the stage, and command."""
@@ -116,13 +121,6 @@ class ExcitationCore:
         axis = f" {self._left[0]}" if self._left and moves else ""
         waits = f": {self._pilot.flight.reason.text}" if self._pilot.flight.reason.text else ""
         return self._pilot.report(now)._replace(phase=self.stage, detail=f"{self._pilot.flight.phase}{axis}{waits}")
-
-    def _compare(self, telemetry: Telemetry, now: int) -> None:
-        """Land if the drone is high by its own sensors, but its body at the tracker is not."""
-        if self.stage is ExcitationStage.WAITING and telemetry.height > ROSE and self._height < NOT_ROSE:
-            self._fail(
-                "the drone climbs, but its body at the tracker does not: does the body belong to another drone?", now
-            )
 
     def _go_on(self, phase: Phase, now: int) -> None:
         lasted = (now - self._since) / SECOND
@@ -159,9 +157,8 @@ class ExcitationCore:
 
     def _begin(self, now: int) -> None:
         axis, c, s = self._left[0], cos(self._yaw), sin(self._yaw)
-        self._direction = {Axis.FORWARD: (c, s, 0.0), Axis.RIGHT: (s, -c, 0.0), Axis.UP: (0.0, 0.0, 1.0)}.get(
-            axis, ZERO
-        )
+        ways = {Axis.FORWARD: (c, s, 0.0), Axis.RIGHT: (s, -c, 0.0), Axis.UP: (0.0, 0.0, 1.0)}
+        self._direction, self._turn = ways.get(axis, ZERO), -1.0 if axis is Axis.CLOCKWISE else 0.0
         self._changes, self._track = [], []
         self._enter(ExcitationStage.EXCITING, now)
 
@@ -198,35 +195,26 @@ class ExcitationCore:
         if motion is None or place is None:
             return ZERO
         holding = keep_place(motion.stopping, place, self._speed)
-        if self.stage is not ExcitationStage.EXCITING or along == ZERO:
+        if self.stage is not ExcitationStage.EXCITING:
             return holding
-        inner = sum(a * b for a, b in zip(holding, along, strict=True))
-        return add(subtract(holding, scale(along, inner)), scale(along, STEP * sign))
+        return add(subtract(holding, scale(along, _dot(holding, along))), scale(along, STEP * sign))
 
     def _turned(self, message: Message, sign: float, now: int) -> Message:
         """Return and record a command with the current yaw rate."""
         yaw_step = 0.6  # rad/s
+        resolution = 1e-4  # m/s, of recorded commands: the control of the other axes leaks into them by rounding
         if self.stage is not ExcitationStage.EXCITING or not isinstance(message, Command):
             return message
-        if self._left[0] is Axis.CLOCKWISE:
-            message = message._replace(yaw_rate=-yaw_step * sign)
-        self._note_command(self._left[0], message, now)
-        return message
-
-    def _note_command(self, axis: Axis, command: Command, now: int) -> None:
-        resolution = 1e-4  # m/s, of recorded commands: the control of the other axes leaks into them by rounding
-        value = sum(a * b for a, b in zip(command.velocity, self._direction, strict=True))
-        if axis is Axis.CLOCKWISE:
-            value = -command.yaw_rate
-        value = round(value / resolution) * resolution
+        message = message._replace(yaw_rate=message.yaw_rate + yaw_step * self._turn * sign)
+        value = round(self._along(message.velocity, message.yaw_rate) / resolution) * resolution
         if not self._changes or value != self._changes[-1][1]:
             self._changes.append(((now - self._pilot.born) / SECOND, value))
+        return message
 
-    def _note_pose(self, pose: Pose) -> None:
-        if self.stage is not ExcitationStage.EXCITING or self._place is None:
-            return
-        moved = subtract(pose.position, self._place)
-        value = sum(a * b for a, b in zip(moved, self._direction, strict=True))
-        if self._left[0] is Axis.CLOCKWISE:
-            value = -self._yaw
-        self._track.append(((pose.stamp - self._pilot.born) / SECOND, value))
+    def _along(self, vector: Vector, yaw: float) -> float:
+        """Return the share of a motion, or of a velocity, along the excited axis."""
+        return _dot(vector, self._direction) + self._turn * yaw
+
+
+def _dot(a: Vector, b: Vector) -> float:
+    return sum(x * y for x, y in zip(a, b, strict=True))
