@@ -12,7 +12,7 @@ import ipaddress
 import json
 import logging
 import re
-from collections.abc import AsyncIterator, Coroutine
+from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
 
@@ -49,9 +49,8 @@ class Pages:
         self._scene = Scene(plan)
         self._files = _files()
         self._due, self._failed = 0, ""  # next picture, monotonic ns; last failure
-        self._sockets: dict[web.WebSocketResponse, asyncio.Transport] = {}
-        self._operating_pages: set[web.WebSocketResponse] = set()  # those with the token
-        self._sending: set[web.WebSocketResponse] = set()  # pages that have not accepted the last picture yet
+        self._pages: list[bool] = []  # for each open page: whether it has the token
+        self._picture, self._drawn = "", asyncio.Event()  # the newest picture, and the event of the next one
         self._tasks: set[asyncio.Task[None]] = set()
 
     def application(self) -> web.Application:
@@ -87,19 +86,16 @@ class Pages:
         given = self._admitted(request)
         socket = web.WebSocketResponse(max_msg_size=longest_order, heartbeat=heartbeat)
         await socket.prepare(request)
-        transport = request.transport
-        assert transport is not None  # noqa: S101  (the connection was just answered)
         await socket.send_json({"outline": outline(self._plan), "orders": given})
-        self._sockets[socket] = transport
-        if given:
-            self._operating_pages.add(socket)
+        self._pages.append(given)
+        showing = asyncio.create_task(self._send(socket, request))
         try:
             async for message in socket:
                 if message.type is WSMsgType.TEXT and given:
                     self._order(socket, message.data)
         finally:
-            self._sockets.pop(socket, None)
-            self._operating_pages.discard(socket)
+            showing.cancel()
+            self._pages.remove(given)
         return socket
 
     def _admitted(self, request: web.Request) -> bool:
@@ -110,8 +106,7 @@ class Pages:
         origin = request.headers.get("Origin")
         if origin is not None and origin.partition("://")[2] != request.host:
             raise web.HTTPForbidden(text="another site's page")
-        alike = self._operating_pages if given else self._sockets.keys() - self._operating_pages
-        if len(alike) >= MOST_PAGES:
+        if self._pages.count(bool(given)) >= MOST_PAGES:
             raise web.HTTPServiceUnavailable(text=f"{MOST_PAGES} pages are open already")
         return bool(given)
 
@@ -124,12 +119,13 @@ class Pages:
             return
         if order.verb not in ORDERS or (order.formation and order.formation not in self._plan.swarm.formations):
             return
-        self._operator.ask(order, answered=lambda answer: self._begin(self._answer(socket, order, answer)))
 
-    def _begin(self, work: Coroutine[Any, Any, None]) -> None:
-        task = asyncio.create_task(work)
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+        def answered(answer: Answer) -> None:
+            task = asyncio.create_task(self._answer(socket, order, answer))
+            self._tasks.add(task)
+            task.add_done_callback(self._tasks.discard)
+
+        self._operator.ask(order, answered=answered)
 
     async def _answer(self, socket: web.WebSocketResponse, order: Order, answer: Answer) -> None:
         reason = answer.refusal or (f"not confirmed by {', '.join(answer.missing)}" if answer.missing else "")
@@ -167,22 +163,19 @@ class Pages:
             logging.getLogger(CONSOLE.kind).exception(what)
 
     def _show(self, now: int) -> None:
-        """Send all states to the pages that have accepted the last picture."""
-        ready = [socket for socket in self._sockets if socket not in self._sending]
-        if ready:
-            picture = json.dumps(self._scene.snapshot(self._operator.statuses, now), separators=(",", ":"))
-            for socket in ready:
-                self._sending.add(socket)
-                self._begin(self._send(socket, self._sockets[socket], picture))
+        """Draw all states for the pages that wait for a picture."""
+        if self._pages:
+            self._picture = json.dumps(self._scene.snapshot(self._operator.statuses, now), separators=(",", ":"))
+            self._drawn.set()
+            self._drawn = asyncio.Event()
 
-    async def _send(self, socket: web.WebSocketResponse, transport: asyncio.Transport, picture: str) -> None:
-        """Send to a page; disconnect it without waiting if it accepts nothing for a while."""
-        try:
-            await asyncio.wait_for(socket.send_str(picture), LONGEST_SEND)
-        except (TimeoutError, ConnectionError):
-            transport.abort()
-        finally:
-            self._sending.discard(socket)
+    async def _send(self, socket: web.WebSocketResponse, request: web.Request) -> None:
+        """Send each picture that a page has time for; disconnect it without waiting if it accepts nothing."""
+        with contextlib.suppress(TimeoutError, ConnectionError):
+            while await self._drawn.wait():
+                await asyncio.wait_for(socket.send_str(self._picture), LONGEST_SEND)
+        if request.transport is not None:
+            request.transport.abort()
 
 
 def _files() -> dict[str, tuple[str, str]]:

@@ -87,16 +87,16 @@ def test_a_page_that_has_vanished_keeps_no_picture_from_the_others_and_its_conne
         async with serving(swarm) as (pages, port), looking(port) as page, asyncio.timeout(10):
             pages._scene.snapshot = lambda *_: {"filling": 2**20 * "x"}  # no buffer takes many of these
             silent = await vanished(port)
-            while len(pages._sockets) < 2:
+            while len(pages._pages) < 2:
                 await page.receive_json()
             loop, longest = asyncio.get_running_loop(), 0.0
-            while len(pages._sockets) == 2:
+            while len(pages._pages) == 2:
                 before = loop.time()
                 await page.receive_json()
                 longest = max(longest, loop.time() - before)
             silent.close()
             assert longest < server.LONGEST_SEND
-            assert list(pages._sockets)
+            assert pages._pages
             await page.receive_json()
 
     asyncio.run(run())
