@@ -55,7 +55,7 @@ CASES = {  # by the first option of a row: where its options do nothing, and whe
     f"gateway.{source}": ({}, {"gateway.source": source})
     for source in ("natnet", "vrpn", "qualisys", "vicon", "ros", "replay")
 }
-OPTIONS = [(options[0], option) for _, options in IDLE for option in options]
+OPTIONS = [(options[0], option) for options, *_ in IDLE for option in options]
 
 
 def value(option):
