@@ -12,14 +12,14 @@ import ipaddress
 import json
 import logging
 import re
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Awaitable, Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from aiohttp import WSMsgType, web
 from flockwire_analysis.view import filled, outline, scripts, style
 from flockwire_core import clock
-from flockwire_core.domain.time import nanoseconds
 from flockwire_core.ground.order import Answer, Order
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import CONSOLE
@@ -48,7 +48,6 @@ class Pages:
         self._names = frozenset({"localhost", address.lower()})
         self._scene = Scene(plan)
         self._files = _files()
-        self._due, self._failed = 0, ""  # next picture, monotonic ns; last failure
         self._pages: list[bool] = []  # for each open page: whether it has the token
         self._picture, self._drawn = "", asyncio.Event()  # the newest picture, and the event of the next one
         self._tasks: set[asyncio.Task[None]] = set()
@@ -133,39 +132,18 @@ class Pages:
             await socket.send_json({"answer": {"order": order.verb, "failed": reason, "note": answer.note}})
 
     async def _operating(self, _: web.Application) -> AsyncIterator[None]:
-        task = asyncio.create_task(self._operate())
+        operate = partial(self._operator.run, lambda _: None, PERIOD)
+        work = ((operate, "cannot continue an order"), (self._draw, "cannot make a picture for the pages"))
+        tasks = [asyncio.create_task(_repeated(*one)) for one in work]
         yield
-        task.cancel()
+        for task in tasks:
+            task.cancel()
 
-    async def _operate(self) -> None:
-        """Run the operator; log a failure once, and continue with the next turn."""
-        while True:
-            try:
-                await self._operator.run(self._turn, PERIOD)
-            except Exception as error:
-                self._log(error, "cannot continue an order")
-                await asyncio.sleep(PERIOD)
-
-    def _turn(self, now: int) -> bool | None:
-        """Send a picture, but not at every turn while an order is being given; pages report missing pictures."""
-        if clock.monotonic() >= self._due:
-            self._due = clock.monotonic() + nanoseconds(PERIOD) // 2
-            try:
-                self._show(now)
-                self._failed = ""
-            except Exception as error:
-                self._log(error, "cannot make a picture for the pages")
-        return None
-
-    def _log(self, error: Exception, what: str) -> None:
-        if repr(error) != self._failed:
-            self._failed = repr(error)
-            logging.getLogger(CONSOLE.kind).exception(what)
-
-    def _show(self, now: int) -> None:
-        """Draw all states for the pages that wait for a picture."""
+    async def _draw(self) -> None:
+        """Draw all states for the pages that wait for a picture; pages report missing pictures."""
         if self._pages:
-            self._picture = json.dumps(self._scene.snapshot(self._operator.statuses, now), separators=(",", ":"))
+            picture = self._scene.snapshot(self._operator.statuses, clock.now())
+            self._picture = json.dumps(picture, separators=(",", ":"))
             self._drawn.set()
             self._drawn = asyncio.Event()
 
@@ -176,6 +154,20 @@ class Pages:
                 await asyncio.wait_for(socket.send_str(self._picture), LONGEST_SEND)
         if request.transport is not None:
             request.transport.abort()
+
+
+async def _repeated(work: Callable[[], Awaitable[object]], failure: str) -> None:
+    """Repeat `work` after each PERIOD; log a failure once."""
+    failed = ""
+    while True:
+        try:
+            await work()
+            failed = ""
+        except Exception as error:
+            if repr(error) != failed:
+                logging.getLogger(CONSOLE.kind).exception(failure)
+            failed = repr(error)
+        await asyncio.sleep(PERIOD)
 
 
 def _files() -> dict[str, tuple[str, str]]:

@@ -21,9 +21,9 @@ def test_a_page_without_new_pictures_says_for_how_long_until_they_come_again(mak
         async with serving(SimulatedSwarm(make_plan())) as (pages, port), browser(tmp_path / "profile") as page:
             await page.open(f"http://127.0.0.1:{port}/#{TOKEN}")
             await page.until(f"picture && {STATE}.textContent === 'connected'")
-            show, pages._show = pages._show, lambda: None
+            shown, pages._pages = pages._pages, []
             await page.until(f"/no picture for [12] s/.test({STATE}.textContent) && {STATE}.classList.contains('bad')")
-            pages._show = show
+            pages._pages = shown
             await page.until(f"{STATE}.textContent === 'connected' && !{STATE}.classList.contains('bad')")
 
     asyncio.run(look())
