@@ -74,7 +74,7 @@ def test_no_trail_is_drawn_across_missing_pictures_or_positions(make_plan, tmp_p
             await page.value("socket.onmessage = null")
             drone = {"phase": "hold", "detail": "", "battery": 1, "error": -1, "formation": None, "place": None}
             shown = [(0.0, 0.0, 1.0), (1.0, 0.0, 1.0), None, (2.0, 1.0, 1.0), "late", (3.0, 1.0, 1.0)]
-            await page.value("trails.clear()")
+            await page.value("samples.clear()")
             for k, at in enumerate(shown):
                 if at == "late":
                     await page.value("newest -= 2000")
@@ -84,7 +84,7 @@ def test_no_trail_is_drawn_across_missing_pictures_or_positions(make_plan, tmp_p
             lines = (
                 "(() => { let drawn = []; shape({beginPath() {}, stroke() {}, setLineDash() {}, "
                 "moveTo(x) { drawn.push('move ' + x); }, lineTo(x) { drawn.push('line ' + x); }}, "
-                "trails.get(1), 'red', [], false); return drawn.join(', '); })()"
+                "trails().get(1), 'red', [], false); return drawn.join(', '); })()"
             )
             assert await page.value(lines) == "move 0, line 1, move 2, move 3"
 

@@ -2,13 +2,12 @@
 // A live swarm, from the server's pictures, ten times a second; orders use the same socket.
 
 const TRAIL = 300; // pictures of a trail
-const HISTORY = 600; // pictures of a curve
+const HISTORY = 600; // pictures of a curve, which are kept
 const GAP = 1000; // ms without a picture after which it is missing, and the trail is interrupted
 let outline = null;
 let picture = null;
 let socket = null;
-let trails = new Map();
-let curves = new Map(); // by drone: times, errors, heights
+let samples = new Map(); // by drone: of each picture {time, error, position}
 let armed = 0;
 let connected = ""; // text to show while pictures arrive
 let newest = 0; // arrival of the newest picture, ms
@@ -62,8 +61,7 @@ function take(message) {
 
 function begin(message) {
   outline = message.outline;
-  trails = new Map();
-  curves = new Map();
+  samples = new Map();
   began = null;
   palette.followers = outline.drones.map(({ id }) => id).filter((id) => id !== 0);
   scene.begin(outline);
@@ -112,28 +110,21 @@ function order(verb) {
   $("answer").textContent = `${verb} …`;
 }
 
-// Add to the trails and curves; null, for a missing picture or an unknown position, interrupts them.
+// Keep a sample of each drone; null, for a missing picture or an unknown value, interrupts its trail and curves.
 function remember(missed) {
   began ??= picture.now;
+  const time = picture.now - began;
   for (const { id } of outline.drones) {
-    const trail = trails.get(id) ?? trails.set(id, []).get(id);
-    const curve = curves.get(id) ?? curves.set(id, { times: [], errors: [], heights: [] }).get(id);
+    const kept = samples.get(id) ?? samples.set(id, []).get(id);
     const drone = picture.drones[id];
-    const known = !isSilent(drone) && drone.position;
-    if (missed || !known) trail.push(null);
-    if (known) trail.push(drone.position);
-    while (trail.length > TRAIL) trail.shift();
-    if (missed) note(curve, null, null);
-    note(curve, known && drone.error >= 0 ? drone.error : null, known ? drone.position[2] : null);
+    const position = isSilent(drone) ? null : drone.position;
+    if (missed) kept.push({ time, error: null, position: null });
+    kept.push({ time, error: position && drone.error >= 0 ? drone.error : null, position });
+    kept.splice(0, kept.length - HISTORY);
   }
 }
 
-function note(curve, error, height) {
-  curve.times.push(picture.now - began);
-  curve.errors.push(error);
-  curve.heights.push(height);
-  if (curve.times.length > HISTORY) for (const values of Object.values(curve)) values.shift();
-}
+const trails = () => new Map([...samples].map(([id, kept]) => [id, kept.slice(-TRAIL).map(({ position }) => position)]));
 
 function describe() {
   fillTable(outline, picture, scene.selected, (id) => {
@@ -147,11 +138,12 @@ function describe() {
 
 function draw() {
   if (!picture) return;
-  scene.draw(picture, trails, [...trails.values()].flat().filter(Boolean));
+  scene.draw(picture, trails(), [...trails().values()].flat().filter(Boolean));
   const span = [Math.max(0, picture.now - began - HISTORY / 10), Math.max(10, picture.now - began)];
-  const shown = (pick) => [...curves].map(([id, curve]) => ({ id, times: curve.times, values: curve[pick] }));
-  charts[0].show(shown("errors").filter(({ id }) => id !== 0), [], span);
-  charts[1].show(shown("heights"), [], span);
+  const times = (kept) => kept.map(({ time }) => time);
+  const curves = (pick) => [...samples].map(([id, kept]) => ({ id, times: times(kept), values: kept.map(pick) }));
+  charts[0].show(curves(({ error }) => error).filter(({ id }) => id !== 0), [], span);
+  charts[1].show(curves(({ position }) => position && position[2]), [], span);
   for (const chart of charts) chart.draw(null, scene.selected);
   showViews();
 }
