@@ -178,10 +178,7 @@ def warnings(swarm: Swarm) -> Iterator[str]:
     yield from _law_warnings(swarm)
     yield from _replay_warnings(swarm)
     if swarm.control.law == "paper":
-        yield from _compensation_warnings(swarm)
-        yield from _trail_warnings(swarm)
-        for number in swarm.followers:
-            yield from _oscillation(swarm, number)
+        yield from _paper_warnings(swarm)
     if swarm.control.filtered:
         yield from _sight_warnings(swarm)
     for row in AIRFRAMES:
@@ -208,8 +205,7 @@ def _observer_warnings(swarm: Swarm) -> Iterator[str]:
                 f"theta = {result.margin:.3f} <= 0: Lemma 3 does not prove convergence; observer.gain = "
                 f"{observer.gain:g} must be above {smallest:.2f} m/s"
             )
-    deepest = swarm.depth
-    if deepest > deep:
+    if (deepest := swarm.depth) > deep:
         yield f"the deepest drone is {deepest} hops from the leader: noise and delay grow with every hop beyond {deep}"
 
 
@@ -234,15 +230,6 @@ def _replay_warnings(swarm: Swarm) -> Iterator[str]:
         yield f"gateway.replay.trace = {trace!r}: {error.strerror} (the gateway reads it on its host, in its folder)"
 
 
-def _compensation_warnings(swarm: Swarm) -> Iterator[str]:
-    phi, input_norm = swarm.control.compensation_gain, swarm.reference.input_bound * sqrt(2.0)
-    if phi < input_norm:
-        yield (
-            f"control.compensation_gain = {phi:g} m/s is below the leader's largest input, {input_norm:.3f} m/s "
-            "(leader.input_bound on both axes): (9) cannot compensate it"
-        )
-
-
 def _wind_warnings(swarm: Swarm) -> Iterator[str]:
     compensated, most = swarm.control.compensated, norm(swarm.wind.velocity) + swarm.wind.gust
     if most > compensated and swarm.simulated:
@@ -265,9 +252,18 @@ def _sight_warnings(swarm: Swarm) -> Iterator[str]:
             )
 
 
-def _trail_warnings(swarm: Swarm) -> Iterator[str]:
-    """Yield a warning if an airframe trails its place under (9), which knows no delay A: by A |h''| / K (ours)."""
+def _paper_warnings(swarm: Swarm) -> Iterator[str]:
+    """Yield what (9) does not bear: a fast leader, high gains, an airframe that trails by A |h''| / K (ours).
+
+    It knows no delay A.
+    """
     control, acceleration, most = swarm.control, survey_of(swarm).max_acceleration, swarm.checks.formation_tail
+    input_norm = swarm.reference.input_bound * sqrt(2.0)
+    if control.compensation_gain < input_norm:
+        yield (
+            f"control.compensation_gain = {control.compensation_gain:g} m/s is below the leader's largest input, "
+            f"{input_norm:.3f} m/s (leader.input_bound on both axes): (9) cannot compensate it"
+        )
     for name, number in _kinds(swarm):
         frame = swarm.airframe(number)
         slowness = frame.lag + frame.dead_time + swarm.gateway.latency
@@ -278,6 +274,8 @@ def _trail_warnings(swarm: Swarm) -> Iterator[str]:
                 f"delays {slowness:.2f} s, the formation accelerates by {acceleration:.2g} m/s^2); control.law = "
                 "'extended' would do, or a slower formation"
             )
+    for number in swarm.followers:
+        yield from _oscillation(swarm, number)
 
 
 def _kinds(swarm: Swarm) -> Iterator[tuple[str, int]]:

@@ -137,11 +137,8 @@ def _keys(keys: list[Key], given: dict[str, Any]) -> Iterator[str]:
 
 
 def _drones(places: list[list[float]]) -> Iterator[str]:
-    yield ""
-    yield "# Each drone: 0 is the leader, the others follow; start is where it stands, m."
-    yield "drones = ["
-    for number, place in enumerate(places):
-        yield f"  {{ id = {number}, start = {place} }},"
+    yield from ("", "# Each drone: 0 is the leader, the others follow; start is where it stands, m.", "drones = [")
+    yield from (f"  {{ id = {number}, start = {place} }}," for number, place in enumerate(places))
     yield "]"
 
 
@@ -203,11 +200,10 @@ def test_all_reach_their_places(virtual_swarm):
 def write_law(folder: Path, name: str) -> tuple[Path, Path, Path]:
     """Write NAME.py, NAME.toml and test_NAME.py, and return them; raises FileExistsError before any is written."""
     class_name = "".join(part[:1].upper() + part[1:] for part in name.split("_"))  # my_law has MyLaw
-    texts = {f"{name}.py": LAW, f"{name}.toml": SWARM, f"test_{name}.py": TEST}
-    law, swarm, test = (folder / file for file in texts)
+    law, swarm, test = folder / f"{name}.py", folder / f"{name}.toml", folder / f"test_{name}.py"
     for file in (law, swarm, test):
         if file.exists():
             raise FileExistsError(str(file))
-    for file, text in zip((law, swarm, test), texts.values(), strict=True):
+    for file, text in ((law, LAW), (swarm, SWARM), (test, TEST)):
         file.write_text(text.replace("NAME", name).replace("CLASS", class_name), encoding="utf-8")
     return law, swarm, test

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from math import dist, hypot
 
 from flockwire_core.control.trajectory import Trajectory
@@ -60,8 +60,8 @@ def _of_course(swarm: Swarm, number: int, duration: float) -> Iterator[str]:
     fastest, name = swarm.leading[number].speed_bound, "the leader" if swarm.sole_leader is not None else uav(number)
     if fastest > swarm.limits.speed:
         yield f"{name}'s course takes {fastest:.2f} m/s, limits.speed = {swarm.limits.speed:g} m/s"
-    room, course = swarm.limits.fence.room(), _course(swarm, number)
-    places = [(t, course(t)) for t in _instants(duration)]
+    room, (start, trajectory) = swarm.limits.fence.room(), _motion(swarm, number)
+    places = [(t, add(start, trajectory.position(t))) for t in _instants(duration)]
     if outside := next(((t, place) for t, place in places if room.outside(place) > 0.0), None):
         yield f"{name}'s course leaves limits.fence after {outside[0]:.1f} s, at {_shown(outside[1])}"
     if close := next(((t, number) for t, place in places for number in _too_near(swarm, place)), None):
@@ -71,12 +71,12 @@ def _of_course(swarm: Swarm, number: int, duration: float) -> Iterator[str]:
 
 def _of_followers(swarm: Swarm, name: str, duration: float, avoided: bool) -> Iterator[str]:
     key, limits = swarm.formation_keys[name], swarm.limits
-    formation, trajectory = swarm.build_formation(name), _trajectory(swarm, swarm.sole_leader)
-    room, course = limits.fence.room(), _course(swarm, swarm.sole_leader)
+    formation, room = swarm.build_formation(name), limits.fence.room()
+    start, trajectory = _motion(swarm, swarm.sole_leader)
     fastest, outside = (0.0, 0), None
     blocked: dict[int, tuple[float, int]] = {}  # when first, and by which obstacle, by place
     for t in _instants(duration):
-        leader, rate = course(t), trajectory.rate(t)
+        leader, rate = add(start, trajectory.position(t)), trajectory.rate(t)
         for rank in range(len(swarm.followers)):
             place = add(leader, formation.offset(rank, t))
             fastest = max(fastest, (norm(add(rate, formation.offset_rate(rank, t))), rank))
@@ -110,25 +110,15 @@ def _instants(duration: float) -> Iterator[float]:
     return (k * step for k in range(int(duration / step) + 1))
 
 
-def _course(swarm: Swarm, number: int | None) -> Callable[[float], Vector]:
-    """Return the function of a leader's position, m, at a time, s, of the formation; without one, of the origin."""
+def _motion(swarm: Swarm, number: int | None) -> tuple[Vector, Trajectory]:
+    """Return where a leader begins a formation, m, and its known trajectory; without one, the origin at rest."""
     if number is None:
-        start = ZERO
-    elif not swarm.leading[number].has_body:
-        start = swarm.leading[number].start
-    elif number not in swarm.flying:
-        start = swarm.drone(number).start
-    else:
-        x, y, z = swarm.drone(number).start
-        start = (x, y, z + swarm.limits.takeoff_height)
-    trajectory = _trajectory(swarm, number)
-    return lambda t: add(start, trajectory.position(t))
-
-
-def _trajectory(swarm: Swarm, number: int | None) -> Trajectory:
-    """Return a leader's known trajectory, including that of a simulated person."""
-    leader = AT_REST if number is None else swarm.leading[number]
-    return leader.trajectory.build() if number in swarm.walking else leader.course()
+        return ZERO, AT_REST.course()
+    leader = swarm.leading[number]
+    start = swarm.drone(number).start if leader.has_body else leader.start
+    if number in swarm.flying:
+        start = add(start, (0.0, 0.0, swarm.limits.takeoff_height))
+    return start, leader.trajectory.build() if number in swarm.walking else leader.course()
 
 
 def _too_near(swarm: Swarm, place: Vector) -> Iterator[int]:
