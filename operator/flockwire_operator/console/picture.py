@@ -15,29 +15,22 @@ from flockwire_core.wire.status import Status
 from flockwire_operator.places import Places
 
 
-class Scene:
-    """Combines statuses for the page."""
-
-    def __init__(self, plan: Plan) -> None:
-        self._plan, self._places = plan, Places(plan.swarm)
-
-    def snapshot(self, statuses: Mapping[str, Status], now: int) -> dict[str, Any]:
-        """Return all states at `now` (Unix ns); `now` in it is in s, `mission` the flight's time if it has one."""
-        sole = self._plan.swarm.sole_leader
-        leading = statuses.get(self._plan.pilot[sole]) if sole is not None else None
-        leader = None if leading is None else leading.report.position
-        drones = {}
-        for number, pilot in self._plan.pilot.items():
-            status = statuses.get(pilot)
-            if status is not None:
-                place = self._places.place(number, status.report, leader, now)
-                drones[number] = {**_told(status, now), "place": _rounded(place)}
-        others = {
-            identity: _told(statuses[identity], now)
-            for identity in self._plan.started
-            if identity in statuses and not self._plan.rows[identity].pilot
-        }
-        return {"now": now / SECOND, "mission": _mission_time(statuses, now), "drones": drones, "others": others}
+def snapshot(plan: Plan, places: Places, statuses: Mapping[str, Status], now: int) -> dict[str, Any]:
+    """Return all states at `now` (Unix ns); `now` in it is in s, `mission` the flight's time if it has one."""
+    sole = plan.swarm.sole_leader
+    leading = statuses.get(plan.pilot[sole]) if sole is not None else None
+    leader = None if leading is None else leading.report.position
+    drones = {}
+    for number, pilot in plan.pilot.items():
+        if (status := statuses.get(pilot)) is not None:
+            place = places.place(number, status.report, leader, now)
+            drones[number] = {**_told(status, now), "place": _rounded(place)}
+    others = {
+        identity: _told(statuses[identity], now)
+        for identity in plan.started
+        if identity in statuses and not plan.rows[identity].pilot
+    }
+    return {"now": now / SECOND, "mission": _mission_time(statuses, now), "drones": drones, "others": others}
 
 
 def _mission_time(statuses: Mapping[str, Status], now: int) -> float | None:

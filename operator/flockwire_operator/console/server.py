@@ -24,7 +24,8 @@ from flockwire_core.ground.order import Answer, Order
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import CONSOLE
 
-from flockwire_operator.console.picture import Scene
+from flockwire_operator.console.picture import snapshot
+from flockwire_operator.places import Places
 from flockwire_operator.station.operator import Operator
 
 PAGE = Path(__file__).with_name("page")
@@ -46,7 +47,7 @@ class Pages:
     def __init__(self, plan: Plan, operator: Operator, token: str, address: str = "localhost") -> None:
         self._plan, self._operator, self._token = plan, operator, token
         self._names = frozenset({"localhost", address.lower()})
-        self._scene = Scene(plan)
+        self._places = Places(plan.swarm)
         self._files = _files()
         self._pages: list[bool] = []  # for each open page: whether it has the token
         self._picture, self._drawn = "", asyncio.Event()  # the newest picture, and the event of the next one
@@ -142,7 +143,7 @@ class Pages:
     async def _draw(self) -> None:
         """Draw all states for the pages that wait for a picture; pages report missing pictures."""
         if self._pages:
-            picture = self._scene.snapshot(self._operator.statuses, clock.now())
+            picture = snapshot(self._plan, self._places, self._operator.statuses, clock.now())
             self._picture = json.dumps(picture, separators=(",", ":"))
             self._drawn.set()
             self._drawn = asyncio.Event()

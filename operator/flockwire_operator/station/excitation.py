@@ -102,7 +102,14 @@ class ExcitationCore:
         """Advance the stage, and command."""
         pilot = self._pilot
         phase = pilot.observe(now, 0.0, (), "", list)
-        self._go_on(phase, now)
+        lasted = (now - self._since) / SECOND
+        match self.stage:
+            case ExcitationStage.WAITING:
+                self._rise(phase, lasted, now)
+            case ExcitationStage.RESTING | ExcitationStage.EXCITING:
+                self._measure(phase, lasted, now)
+            case ExcitationStage.LANDING if phase in (Phase.GROUNDED, Phase.READY, Phase.STOPPED):
+                self._enter(ExcitationStage.DONE, now)
         sign = self._sign(now)
         return [(key, self._turned(message, sign, now)) for key, message in pilot.command(self._wanted(sign), now)]
 
@@ -121,16 +128,6 @@ class ExcitationCore:
         axis = f" {self._left[0]}" if self._left and moves else ""
         waits = f": {self._pilot.flight.reason.text}" if self._pilot.flight.reason.text else ""
         return self._pilot.report(now)._replace(phase=self.stage, detail=f"{self._pilot.flight.phase}{axis}{waits}")
-
-    def _go_on(self, phase: Phase, now: int) -> None:
-        lasted = (now - self._since) / SECOND
-        match self.stage:
-            case ExcitationStage.WAITING:
-                self._rise(phase, lasted, now)
-            case ExcitationStage.RESTING | ExcitationStage.EXCITING:
-                self._measure(phase, lasted, now)
-            case ExcitationStage.LANDING if phase in (Phase.GROUNDED, Phase.READY, Phase.STOPPED):
-                self._enter(ExcitationStage.DONE, now)
 
     def _rise(self, phase: Phase, lasted: float, now: int) -> None:
         verb = {Phase.READY: "takeoff", Phase.HOLD: "start"}.get(phase)

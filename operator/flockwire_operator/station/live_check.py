@@ -129,9 +129,8 @@ def _start(plan: Plan, drone: int, place: Vector, mission: Mission | None) -> Fi
 
 def _airframe(plan: Plan, drone: int, seen: Seen) -> Iterator[Finding]:
     name, limits, telemetry = uav(drone), plan.swarm.limits, seen.telemetry.get(drone)
-    for driver in _drivers(plan, drone):
-        if (status := _fresh(seen, driver)) is not None:  # else the driver has its own line
-            yield from _driver(name, plan.swarm.row(drone).live_checks, status)
+    for status in _drivers(plan, drone, seen):
+        yield from _driver(name, plan.swarm.row(drone).live_checks, status)
     if telemetry is None or seen.now - telemetry.stamp > STALE:
         yield Finding(name, "telemetry", "none", "the line of its driver gives the reason")
         return
@@ -152,17 +151,18 @@ def _driver(name: str, checked: Iterable[str], status: Status) -> Iterator[Findi
     yield from (Finding(name, reason.code, reason.text, reason.remedy) for reason in known.values())
 
 
-def _drivers(plan: Plan, drone: int) -> Iterable[str]:
-    return (i for i, row in plan.rows.items() if row.driver and plan.members[i].drone == drone)
+def _drivers(plan: Plan, drone: int, seen: Seen) -> Iterable[Status]:
+    """Return the statuses of a drone's drivers; a silent driver has its own line."""
+    drivers = [i for i, row in plan.rows.items() if row.driver and plan.members[i].drone == drone]
+    return filter(None, (_fresh(seen, driver) for driver in drivers))
 
 
 def _serials(plan: Plan, seen: Seen) -> Iterator[Finding]:
     """Yield drones that are reached by two addresses."""
     owners: dict[str, int] = {}
     for drone in plan.swarm.driven:
-        for driver in _drivers(plan, drone):
-            status = _fresh(seen, driver)
-            for code, serial, _ in status.report.reasons if status is not None else ():
+        for status in _drivers(plan, drone, seen):
+            for code, serial, _ in status.report.reasons:
                 if code == SERIAL and (other := owners.setdefault(serial, drone)) != drone:
                     remedy = f"give each drone its own {plan.swarm.row(drone).kind}.address"
                     yield Finding(uav(drone), "address", f"the drone {serial} is {uav(other)} already", remedy)

@@ -18,7 +18,7 @@ from flockwire_core import clock
 from flockwire_core.domain.time import SECOND
 from flockwire_core.ground.order import Order
 from flockwire_core.runtime.session import RouterAbsentError, Session
-from flockwire_core.security.files import Credentials
+from flockwire_core.security.files import files_of
 from flockwire_core.security.pki import Signer, alternative_names, issue, new_authority, read_authority, save
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.phase import Phase
@@ -49,8 +49,8 @@ def attackers(plan: Plan, keys: Path, scratch: Path) -> Iterator[tuple[Attacker,
     foreign: Signer = new_authority(plan.swarm.name, now)
     save(issue(foreign, victim, names, long_ago, now + timedelta(days=1)), scratch, "foreign")
     save(issue(read_authority(keys), victim, names, long_ago, yesterday), scratch, "expired")
-    forged = (None, _files(keys, scratch, "foreign"), _files(keys, scratch, "expired"))
-    shown = dict(zip(OUTSIDERS, forged, strict=True)) | {name: _files(keys, keys, name) for name in plan.identities}
+    forged = (None, files_of(scratch, "foreign"), files_of(scratch, "expired"))
+    shown = dict(zip(OUTSIDERS, forged, strict=True)) | {name: files_of(keys, name) for name in plan.identities}
     for name, credentials in shown.items():
         yield tuple(Attacker(name, credentials, mode) for mode in MODES)
 
@@ -191,7 +191,3 @@ def _accepted(plan: Plan, operator: Operator) -> Accepted:
         for name, count in status.rejected
         if name in texts
     }
-
-
-def _files(keys: Path, folder: Path, name: str) -> Credentials:
-    return Credentials(keys / "ca.crt", folder / f"{name}.crt", folder / f"{name}.key")

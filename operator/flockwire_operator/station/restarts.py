@@ -39,7 +39,8 @@ class Restarts:
 
     def _died(self, identity: str, now: int) -> None:
         row, refused = self._plan.rows[identity], self._children.refused(identity)
-        pause = self._pause(identity)
+        more = self._counts[identity] - MOST_AT_ONCE
+        pause = min(FIRST_PAUSE << more, LONGEST_PAUSE) if more >= 0 else 0
         if row.optional and (refused or not row.restarts):
             self._note(f"{self._children.how(identity)}; given up, the flight goes on without it")
         elif row.restarts and not refused and (row.optional or not pause):
@@ -49,8 +50,3 @@ class Restarts:
         else:
             return
         self._children.kill(identity)  # its exit is then expected
-
-    def _pause(self, identity: str) -> int:
-        """Return the pause before the next restart, ns."""
-        more = self._counts[identity] - MOST_AT_ONCE
-        return min(FIRST_PAUSE << more, LONGEST_PAUSE) if more >= 0 else 0

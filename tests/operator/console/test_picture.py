@@ -3,7 +3,8 @@
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
 from flockwire_core.wire.status import Report, Status
-from flockwire_operator.console.picture import Scene
+from flockwire_operator.console.picture import snapshot
+from flockwire_operator.places import Places
 
 NOW = 1_790_000_000 * SECOND
 
@@ -19,7 +20,7 @@ def test_the_place_of_a_follower_is_the_one_that_it_holds_by_the_auction(make_pl
         statuses = {
             name: Status(NOW, "world", name, report, 0, 0, 0, 0, 0, 0.0, 0, (), ()) for name, report in reports.items()
         }
-        return Scene(plan).snapshot(statuses, NOW)["drones"][2]["place"]
+        return snapshot(plan, Places(plan.swarm), statuses, NOW)["drones"][2]["place"]
 
     x, y, z = plan.swarm.build_formation().offset(3, 0.0)
     assert drawn(3) == [round(1.0 + x, 3), round(2.0 + y, 3), 1.0 + z]

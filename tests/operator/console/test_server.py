@@ -82,10 +82,11 @@ def test_the_console_is_asked_by_its_own_names_alone(swarm, host, status):
     asyncio.run(run())
 
 
-def test_a_page_that_has_vanished_keeps_no_picture_from_the_others_and_its_connection_ends(swarm):
+def test_a_page_that_has_vanished_keeps_no_picture_from_the_others_and_its_connection_ends(swarm, monkeypatch):
     async def run():
         async with serving(swarm) as (pages, port), looking(port) as page, asyncio.timeout(10):
-            pages._scene.snapshot = lambda *_: {"filling": 2**20 * "x"}  # no buffer takes many of these
+            filling = {"filling": 2**20 * "x"}  # no buffer takes many of these
+            monkeypatch.setattr(server, "snapshot", lambda *_: filling)
             silent = await vanished(port)
             while len(pages._pages) < 2:
                 await page.receive_json()
@@ -102,10 +103,10 @@ def test_a_page_that_has_vanished_keeps_no_picture_from_the_others_and_its_conne
     asyncio.run(run())
 
 
-def test_a_picture_that_cannot_be_made_is_logged_once_and_the_next_one_is_sent(swarm, caplog):
+def test_a_picture_that_cannot_be_made_is_logged_once_and_the_next_one_is_sent(swarm, caplog, monkeypatch):
     async def run():
-        async with serving(swarm) as (pages, port), looking(port) as page, asyncio.timeout(10):
-            made, calls = pages._scene.snapshot, []
+        async with serving(swarm) as (_, port), looking(port) as page, asyncio.timeout(10):
+            made, calls = server.snapshot, []
 
             def snapshot(*given):
                 calls.append(given)
@@ -113,7 +114,7 @@ def test_a_picture_that_cannot_be_made_is_logged_once_and_the_next_one_is_sent(s
                     raise ZeroDivisionError
                 return made(*given)
 
-            pages._scene.snapshot = snapshot
+            monkeypatch.setattr(server, "snapshot", snapshot)
             while len(calls) < 5:
                 await page.receive_json()
 

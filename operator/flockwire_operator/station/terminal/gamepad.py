@@ -143,10 +143,11 @@ class Gamepad:
 
 def plugged_in(speed: float, inputs: Path = INPUTS) -> tuple[Gamepad | None, str]:
     """Return the first connected gamepad, or None; and a note about it."""
+    joystick = any(inputs.glob("js*"))
     try:
         evdev: Any = importlib.import_module("evdev")
     except ImportError:
-        return None, MISSING if next(inputs.glob("js*"), None) is not None else ""
+        return None, MISSING if joystick else ""
     readable = sorted(evdev.list_devices(str(inputs)))
     for path in readable:
         with contextlib.suppress(OSError):
@@ -156,7 +157,6 @@ def plugged_in(speed: float, inputs: Path = INPUTS) -> tuple[Gamepad | None, str
                 return gamepad, NO_CLIMB.format(name=gamepad.name) if gamepad.axes.climb is None else ""
             device.close()
     closed = sorted({str(path) for path in inputs.glob("event*")} - set(readable))
-    joystick = next(inputs.glob("js*"), None) is not None
     return None, FORBIDDEN.format(file=closed[0]) if joystick and closed else ""
 
 
