@@ -83,9 +83,7 @@ class ExcitationCore:
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Receive a message of its drone; orders are ignored."""
-        take = self._pilot.handlers.get(key)
-        if take is not None:
-            take(message)
+        self._pilot.handlers.get(key, lambda _: None)(message)
         if isinstance(message, Telemetry):
             high = self.stage is ExcitationStage.WAITING and message.height > ROSE
             if high and self._height < NOT_ROSE:  # by its own sensors, but not at the tracker
