@@ -38,13 +38,13 @@ async def open_swarm(
     if out is not None:
         check_no_trace(Path(out))
     if virtual:
-        from flockwire_operator.scripting.virtual import VirtualFlight  # noqa: PLC0415
+        from flockwire_operator.scripting.virtual import virtual_flight  # noqa: PLC0415
 
-        opening = VirtualFlight.opened(plan, path, seed, Path(out) if out is not None else None)
+        opening = virtual_flight(plan, path, seed, Path(out) if out is not None else None)
     else:
-        from flockwire_operator.scripting.real import RealFlight  # noqa: PLC0415
+        from flockwire_operator.scripting.real import real_flight  # noqa: PLC0415
 
         folder = Path(out or f"runs/{plan.swarm.name}-script-{clock.local():%Y%m%d-%H%M%S}")
-        opening = RealFlight.opened(plan, path, folder)
+        opening = real_flight(plan, path, folder)
     async with opening as flight:
         yield flight

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Awaitable, Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -39,11 +38,19 @@ class DroneStatus:
     formation_error: float | None = None  # m, by its own estimate; None for the leader, and outside a formation
 
 
-class Flight(ABC):
+class Flight:
     """A flight by script; `summary` is available after its end. All times are s, all lengths m."""
 
-    def __init__(self, plan: Plan, core: OperatorCore) -> None:
-        self._plan, self._core = plan, core  # which gives the orders
+    def __init__(
+        self,
+        plan: Plan,
+        core: OperatorCore,
+        now: Callable[[], int],
+        sleep: Callable[[float], Awaitable[None]],
+        publish: Callable[[], None] = lambda: None,
+    ) -> None:
+        """Fly by the orders of `core`, at `now` (Unix ns); `publish` sends them before its next step."""
+        self._plan, self._core, self._now, self._sleep, self._publish = plan, core, now, sleep, publish
         self.summary: Summary | None = None
 
     @property
@@ -115,21 +122,13 @@ class Flight(ABC):
         wanted = tuple(self._plan.pilots if drones is None else drones)
         await self._until(lambda: all(self.drones[i].phase == phase for i in wanted), f"wait for {phase!r}", patience)
 
-    @abstractmethod
     async def sleep(self, seconds: float) -> None:
         """Let `seconds` of the flight pass."""
-
-    @abstractmethod
-    def _now(self) -> int:
-        """Return the current time, Unix ns."""
-
-    @abstractmethod
-    def _publish(self) -> None:
-        """Publish pending orders."""
+        await self._sleep(seconds)
 
     async def _land_what_flies(self) -> None:
         """Land at the end of the script, if a flight is in progress."""
-        if self._core.director is not None and self._is_under_way:
+        if self._is_under_way:
             self._order("land")
             await self._until(lambda: not self._is_under_way, "land", failing=True)
 

@@ -17,42 +17,28 @@ from flockwire_lab.world import LINGER, World
 from flockwire_operator.scripting.flight import Flight
 
 
-class VirtualFlight(Flight):
-    """A flight in `world`."""
+@asynccontextmanager
+async def virtual_flight(plan: Plan, file: Path, seed: int, out: Path | None) -> AsyncIterator[Flight]:
+    """Fly `plan` by `seed`; with a folder `out` its trace and report go there."""
+    trace: TraceFile | TraceInMemory = TraceInMemory(plan.swarm, seed)
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        trace = TraceFile(out / "trace.mcap", plan.swarm, file.read_text(encoding="utf-8"), seed)
+    world = World(plan.swarm, seed, 0.0, (), trace.take)
+    world.conduct(None)
 
-    def __init__(self, world: World) -> None:
-        super().__init__(world.plan, world.station().core)
-        self._world = world
-
-    @classmethod
-    @asynccontextmanager
-    async def opened(cls, plan: Plan, file: Path, seed: int, out: Path | None) -> AsyncIterator[Flight]:
-        """Fly `plan` by `seed`; with a folder `out` its trace and report go there."""
-        trace: TraceFile | TraceInMemory = TraceInMemory(plan.swarm, seed)
-        if out is not None:
-            out.mkdir(parents=True, exist_ok=True)
-            trace = TraceFile(out / "trace.mcap", plan.swarm, file.read_text(encoding="utf-8"), seed)
-        world = World(plan.swarm, seed, 0.0, (), trace.take)
-        world.conduct(None)
-        flight = cls(world)
-        try:
-            yield flight
-        finally:
-            await flight._land_what_flies()
-            await flight.sleep(LINGER / SECOND)
-            if isinstance(trace, TraceInMemory):
-                flight.summary = summarise(trace.trace())
-            elif out is not None:
-                trace.close()
-                flight.summary = write_report(out / "trace.mcap", out)
-
-    async def sleep(self, seconds: float) -> None:
-        """Advance virtual time by `seconds`."""
-        self._world.advance(self._now() + nanoseconds(seconds))
+    async def sleep(seconds: float) -> None:
+        world.advance(world.scheduler.now + nanoseconds(seconds))
         await asyncio.sleep(0)
 
-    def _now(self) -> int:
-        return self._world.scheduler.now
-
-    def _publish(self) -> None:
-        pass  # the operator's next step does
+    flight = Flight(world.plan, world.station().core, lambda: world.scheduler.now, sleep)
+    try:
+        yield flight
+    finally:
+        await flight._land_what_flies()
+        await sleep(LINGER / SECOND)
+        if isinstance(trace, TraceInMemory):
+            flight.summary = summarise(trace.trace())
+        elif out is not None:
+            trace.close()
+            flight.summary = write_report(out / "trace.mcap", out)

@@ -143,7 +143,7 @@ def opened_without_trace(make_plan, children, tmp_path, monkeypatch):
     monkeypatch.setattr(processes, "connected", connected)
     monkeypatch.setattr(processes, "start_processes", start_processes)
     (tmp_path / "mine.toml").touch()
-    return lambda: real.RealFlight.opened(plan, tmp_path / "mine.toml", tmp_path)
+    return lambda: real.real_flight(plan, tmp_path / "mine.toml", tmp_path)
 
 
 @pytest.fixture
