@@ -35,7 +35,8 @@ async def excite(
 ) -> ExcitationCore:
     """Fly drone `number` along `axes` and return the measurements; raises PortInUseError, CredentialsError."""
     pilot = plan.pilots[number]
-    needed = [identity for identity in plan.processes_on(plan.hosts[pilot]) if _needed(plan, identity, number)]
+    concerned = [i for i in plan.processes_on(plan.hosts[pilot]) if plan.members[i].drone in (None, number)]
+    needed = [i for i in concerned if not (plan.rows[i].pilot or plan.rows[i].records)]
     host = Host(plan, swarm_file, plan.hosts[pilot], out, keys)
     with interrupts() as interrupted:
         try:
@@ -81,11 +82,6 @@ async def begun(
     ended = asyncio.Event()
     await swarm_clock.wait_for_time(ended, 10.0, lambda: ended.set() if hopeless() else None)
     return ExcitationCore(swarm, number, clock.now(), axes)
-
-
-def _needed(plan: Plan, identity: str, number: int) -> bool:
-    row, drone = plan.rows[identity], plan.members[identity].drone
-    return not row.pilot and not row.records and drone in (None, number)
 
 
 def fits(core: ExcitationCore) -> Fits:

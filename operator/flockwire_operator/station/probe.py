@@ -35,8 +35,6 @@ from flockwire_operator.station.terminal.progress import Show, progress
 
 WAITING = (Phase.GROUNDED, Phase.WAITING)
 
-Accepted = dict[tuple[Key, str], int]
-
 
 def attackers(plan: Plan, keys: Path, scratch: Path) -> Iterator[tuple[Attacker, ...]]:
     """Yield all attackers, those with one certificate together; forged certificates go into the folder `scratch`.
@@ -182,7 +180,7 @@ def _alive(operator: Operator) -> frozenset[str]:
     return frozenset(name for name, status in operator.statuses.items() if now - status.stamp < SECOND)
 
 
-def _accepted(plan: Plan, operator: Operator) -> Accepted:
+def _accepted(plan: Plan, operator: Operator) -> dict[tuple[Key, str], int]:
     """Return how many canaries each process has accepted, by key and receiver."""
     texts = {f"{plan.text(key)} canary": key for key in plan.keys}
     return {

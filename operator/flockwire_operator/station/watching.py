@@ -32,6 +32,7 @@ async def watch(plan: Plan, keys: Path, once: bool, as_json: bool = False) -> tu
     Printed once, it does not wait for a router. Raises CredentialsError.
     """
     refresh = 0.25  # s
+    title = f"{plan.swarm.name}: {len(plan.pilots)} drones"
     console = Console()
     once = once or as_json or not foreground(sys.stdout)
     late = clock.monotonic() + nanoseconds(LOOK_TIME)
@@ -47,22 +48,19 @@ async def watch(plan: Plan, keys: Path, once: bool, as_json: bool = False) -> tu
             if as_json:
                 print(text(state(plan, operator.statuses, operator.poll())))
             elif once:
-                console.print(draw(_title(plan), plan, plan.started, operator.statuses, rates, operator.poll()))
+                console.print(draw(title, plan, plan.started, operator.statuses, rates, operator.poll()))
             if once:
                 return tuple(identity for identity in plan.started if identity not in operator.statuses)
             with Live(console=console, refresh_per_second=1 / refresh) as live:
 
                 def show(now: int) -> bool | None:
-                    title = f"{_title(plan)}   (Ctrl-C ends this view)"
-                    live.update(draw(title, plan, plan.started, operator.statuses, rates, now))
+                    live.update(
+                        draw(f"{title}   (Ctrl-C ends this view)", plan, plan.started, operator.statuses, rates, now)
+                    )
                     return bool(interrupted.count) or None
 
                 await operator.run(show, refresh)
     return ()
-
-
-def _title(plan: Plan) -> str:
-    return f"{plan.swarm.name}: {len(plan.pilots)} drones"
 
 
 async def flying(plan: Plan, keys: Path) -> tuple[str, ...]:

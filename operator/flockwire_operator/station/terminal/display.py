@@ -71,17 +71,16 @@ class Display:
 
     def update(self, operator: Operator, now: int) -> None:
         """Show the state of `operator` at `now`."""
-        director = operator.core.director
-        self._zero = director.formation_start if director is not None else None
-        stage = director.stage if director is not None else SERVING
+        director, stage, followed = operator.core.director, SERVING, None
+        if director is not None:
+            stage, followed, self._zero = director.stage, director.followed, director.formation_start
+        changed, self._stage = stage != self._stage, stage
         if self._live is None:
-            if self._stage != stage:
+            if changed:
                 print(self._line(stage, now), flush=True)
-        elif (now - self._drawn >= REFRESH or self._stage != stage) and not busy():
+        elif (changed or now - self._drawn >= REFRESH) and not busy():
             self._drawn = now
             later(partial(self._draw, self._live, stage, dict(operator.statuses), now))
-        self._stage = stage
-        followed = director.followed if director is not None else None
         if followed is not None and followed.version != self._followed:
             self._followed = followed.version
             self.note(ELSEWHERE.format(order=f"{followed.verb} {followed.formation}".rstrip()))

@@ -97,9 +97,8 @@ class Gamepad:
         self._device = device
         axes = device.capabilities()[AXES]
         ranges = {code: AxisRange(info.min, info.max, device.absinfo(code).value) for code, info in axes}
-        self._codes = tuple(ranges)
         self._reported = clock.monotonic()  # last event, ns
-        self.axes = GamepadAxes(speed, ranges)
+        self._ranges, self.axes = ranges, GamepadAxes(speed, ranges)
 
     def read(self) -> None:
         """Read pending events; raises OSError if the gamepad is gone."""
@@ -108,7 +107,7 @@ class Gamepad:
             if event.type == AXES:
                 self.axes.move(event.code, event.value)
             elif (event.type, event.code) == (SYNCHRONISATION, DROPPED):
-                for code in self._codes:
+                for code in self._ranges:
                     self.axes.move(code, self._device.absinfo(code).value)
 
     def velocity(self, now: int) -> Vector:

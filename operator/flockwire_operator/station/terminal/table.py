@@ -56,22 +56,16 @@ def draw(
     others = [identity for identity in order if identity not in flying]
     parts: list[RenderableType] = [Text(title, style="bold", no_wrap=True, overflow="ellipsis")]
     for headings, identities, row in ((DRONES, flying, _drone), (OTHERS, others, _process)):
-        table = _empty(headings)
+        table = Table(box=SIMPLE_HEAD, padding=0, pad_edge=False, show_edge=False)
+        for heading in headings:  # numbers are flush right
+            text = heading in ("drone", "process", "phase", "formation")
+            table.add_column(heading, justify="left" if text else "right", no_wrap=True, vertical="bottom")
         for identity in identities:
             status = statuses.get(identity)
             table.add_row(identity, *(["[dim]no status[/]"] if status is None else row(status, rates, now)))
         parts.append(table)
     notes = list(_notes(order, statuses, now))
     return Group(*parts, *([Text(""), *notes] if notes else []))
-
-
-def _empty(headings: tuple[str, ...]) -> Table:
-    """Return a table without rows, whose numbers are flush right."""
-    table = Table(box=SIMPLE_HEAD, padding=0, pad_edge=False, show_edge=False)
-    for heading in headings:
-        text = heading in ("drone", "process", "phase", "formation")
-        table.add_column(heading, justify="left" if text else "right", no_wrap=True, vertical="bottom")
-    return table
 
 
 def _drone(status: Status, rates: Rates, now: int) -> tuple[str, ...]:
