@@ -12,7 +12,7 @@ import secrets
 import sys
 from collections import Counter
 from collections.abc import Iterator
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import AsyncExitStack, closing, contextmanager
 from pathlib import Path
 
 from aiohttp import web
@@ -116,7 +116,8 @@ async def serve(plan: Plan, keys: Path, address: str, port: int, foxglove: int |
     if port in UNSAFE:
         print(f"flockwire: warning: {UNSAFE_PORT.format(port=port)}", file=sys.stderr)
     token = secrets.token_urlsafe(16)
-    with interrupts() as interrupted, ExitStack() as stack:
+    async with AsyncExitStack() as stack:
+        interrupted = stack.enter_context(interrupts())
         session = await connected(plan, CONSOLE.kind, keys, interrupted)
         if session is None:
             return False
@@ -129,15 +130,13 @@ async def serve(plan: Plan, keys: Path, address: str, port: int, foxglove: int |
         stack.enter_context(malformed_counted())
         runner = web.AppRunner(pages.application(), access_log=None)
         await runner.setup()
-        try:
-            await web.TCPSite(runner, address, port).start()
-            print(f"flockwire: http://{host}:{port}/#{token}", flush=True)
+        stack.push_async_callback(runner.cleanup)
+        await web.TCPSite(runner, address, port).start()
+        print(f"flockwire: http://{host}:{port}/#{token}", flush=True)
+        if viewers is not None:
+            print(f"flockwire: Foxglove and Lichtblick: ws://{host}:{viewers.port}", flush=True)
+        while not interrupted.count:
             if viewers is not None:
-                print(f"flockwire: Foxglove and Lichtblick: ws://{host}:{viewers.port}", flush=True)
-            while not interrupted.count:
-                if viewers is not None:
-                    viewers.forward(clock.now())
-                await asyncio.sleep(poll)
-        finally:
-            await runner.cleanup()
+                viewers.forward(clock.now())
+            await asyncio.sleep(poll)
     return True

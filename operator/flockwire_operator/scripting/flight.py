@@ -62,7 +62,7 @@ class Flight:
     def drones(self) -> dict[int, DroneStatus]:
         """The state of every drone that flies, by its id."""
         fresh = self._fleet().fresh
-        return {i: _status(fresh[i].report if i in fresh else None) for i in self._plan.pilots}
+        return {i: _status(fresh[i].report) if i in fresh else DroneStatus("") for i in self._plan.pilots}
 
     async def start(self, formation: str = "") -> None:
         """Take off if necessary and fly `formation`, a name of [formations]; returns when all drones do."""
@@ -178,8 +178,6 @@ class Flight:
             await self.sleep(look)
 
 
-def _status(report: Report | None) -> DroneStatus:
-    if report is None:
-        return DroneStatus("")
+def _status(report: Report) -> DroneStatus:
     error = report.formation_error if report.formation_error >= 0.0 else None
     return DroneStatus(report.phase, report.line, report.position, report.battery, error)

@@ -17,6 +17,8 @@ from flockwire_lab.relay.links import Relays
 from flockwire_operator.station.host import Host
 from flockwire_operator.station.processes import Children
 
+Injected = Kill | Restart | Freeze | LinkFault  # by the station; the others wrap the cores of processes
+
 
 def unable(plan: Plan, host: str, key: str, fault: Fault) -> list[str]:
     """Return a line about each value of a fault that `up` on `host` cannot inject."""
@@ -45,7 +47,7 @@ def _elsewhere(key: str, fault: Fault, plan: Plan, host: str) -> str:
     far = next((identity for identity in processes if plan.hosts[identity] != host), None)
     if far is not None:
         return f"{named}: {far} runs on host {plan.hosts[far]!r}, this is {host!r}; only its own host can do this"
-    if isinstance(fault, LinkFault | Kill | Restart | Freeze) and not plan.conducts(host):
+    if isinstance(fault, Injected) and not plan.conducts(host):
         conductor = next(name for name in plan.swarm.hosts if plan.conducts(name))
         return f"{named}: only {conductor!r}, the recorder's host, knows the time; use --faults there, this is {host!r}"
     return ""
@@ -62,15 +64,14 @@ def _processes(key: str, fault: Fault, plan: Plan) -> tuple[str, list[str]]:
 
 
 class FaultInjector:
-    """Injects `faults` of links and of the processes of `host`, its `children`; times count from the take-off order."""
+    """Injects those of the `faults` that concern links, and processes: the `children`, or the file is refused.
+
+    Times count from the take-off order.
+    """
 
     def __init__(self, faults: tuple[Fault, ...], host: Host, children: Children, relays: Relays) -> None:
         self._faults = faults
-        self._due = [
-            f
-            for f in faults
-            if isinstance(f, LinkFault) or (isinstance(f, Kill | Restart | Freeze) and f.process in host.processes)
-        ]
+        self._due = [fault for fault in faults if isinstance(fault, Injected)]
         self._ends: list[tuple[float, Callable[[], None]]] = []
         self._rows, self._children, self._relays = host.plan.rows, children, relays
         self._restarting: list[str] = []  # killed processes that start again when they have ended
@@ -87,7 +88,7 @@ class FaultInjector:
             self._restarting.remove(identity)
             self._children.start(identity)
 
-    def _inject(self, fault: Kill | Restart | Freeze | LinkFault) -> None:
+    def _inject(self, fault: Injected) -> None:
         match fault:
             case Kill() if self._rows[fault.process].restarts:
                 self._children.signal(fault.process, signal.SIGKILL)  # the station detects its death and restarts it

@@ -125,9 +125,8 @@ def _table(table: str, keys: list[Key], given: dict[str, Any]) -> Iterator[str]:
 def _keys(keys: list[Key], given: dict[str, Any]) -> Iterator[str]:
     for key in keys:
         meaning = key.meaning
-        if key.name in given and key.name == "kind":
-            meaning = "or another: docs/swarm_file.md"
         if key.name in given:
+            meaning = meaning if key.name != "kind" else "or another: docs/swarm_file.md"
             line = f"{key.name} = {json.dumps(given[key.name])}"
         elif key.default.startswith("`") and key.default not in ("`{  }`", "`[]`"):
             line = f"# {key.name} = {key.default.strip('`')}"
