@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
+from itertools import islice
 
 from flockwire_core.domain.time import SECOND
 from flockwire_core.swarm.model import uav
@@ -24,33 +25,26 @@ def unable(plan: Plan, host: str, key: str, fault: Fault) -> list[str]:
     """Return a line about each value of a fault that `up` on `host` cannot inject."""
     if fault.sim_only:
         return [f"{key}.kind = {fault.kind!r}: only `flockwire sim` can do this; a real flight cannot"]
-    if isinstance(fault, LinkFault) and (lines := list(links.refusals(key, fault, plan, host))):
-        return lines
-    line = _real(key, fault, plan) or _elsewhere(key, fault, plan, host)
-    return [line] if line else []
+    found = list(links.refusals(key, fault, plan, host)) if isinstance(fault, LinkFault) else []
+    return found or list(islice(_refusals(key, fault, plan, host), 1))
 
 
-def _real(key: str, fault: Fault, plan: Plan) -> str:
-    """Return why no process can inject `fault` into real airframes, or empty."""
-    if fault.cores != AIRFRAMES:
-        return ""
+def _refusals(key: str, fault: Fault, plan: Plan, host: str) -> Iterator[str]:
+    """Yield why no process can inject `fault` into real airframes, and why only another host can inject it."""
     simulated = plan.swarm.simulated
-    for name, drone in fault.named_drones().items():
-        if drone not in simulated:
-            return f"{key}.{name} = {drone}: {uav(drone)} is a real drone; must be a simulated one"
-    return "" if simulated else f"{key}.kind = {fault.kind!r}: the swarm has no simulated drone"
-
-
-def _elsewhere(key: str, fault: Fault, plan: Plan, host: str) -> str:
-    """Return why only another host can inject `fault`, or empty."""
+    if fault.cores == AIRFRAMES:
+        for name, drone in fault.named_drones().items():
+            if drone not in simulated:
+                yield f"{key}.{name} = {drone}: {uav(drone)} is a real drone; must be a simulated one"
+        if not simulated:
+            yield f"{key}.kind = {fault.kind!r}: the swarm has no simulated drone"
     named, processes = _processes(key, fault, plan)
     far = next((identity for identity in processes if plan.hosts[identity] != host), None)
     if far is not None:
-        return f"{named}: {far} runs on host {plan.hosts[far]!r}, this is {host!r}; only its own host can do this"
+        yield f"{named}: {far} runs on host {plan.hosts[far]!r}, this is {host!r}; only its own host can do this"
     if isinstance(fault, Injected) and not plan.conducts(host):
         conductor = next(name for name in plan.swarm.hosts if plan.conducts(name))
-        return f"{named}: only {conductor!r}, the recorder's host, knows the time; use --faults there, this is {host!r}"
-    return ""
+        yield f"{named}: only {conductor!r}, the recorder's host, knows the time; use --faults there, this is {host!r}"
 
 
 def _processes(key: str, fault: Fault, plan: Plan) -> tuple[str, list[str]]:
