@@ -30,14 +30,9 @@ def unable(plan: Plan, host: str, key: str, fault: Fault) -> list[str]:
 
 
 def _refusals(key: str, fault: Fault, plan: Plan, host: str) -> Iterator[str]:
-    """Yield why no process can inject `fault` into real airframes, and why only another host can inject it."""
-    simulated = plan.swarm.simulated
+    """Yield why no process can inject `fault` into its airframes, and why only another host can inject it."""
     if fault.cores == AIRFRAMES:
-        for name, drone in fault.named_drones().items():
-            if drone not in simulated:
-                yield f"{key}.{name} = {drone}: {uav(drone)} is a real drone; must be a simulated one"
-        if not simulated:
-            yield f"{key}.kind = {fault.kind!r}: the swarm has no simulated drone"
+        yield from _real(key, fault, plan.swarm.simulated)
     named, processes = _processes(key, fault, plan)
     far = next((identity for identity in processes if plan.hosts[identity] != host), None)
     if far is not None:
@@ -45,6 +40,14 @@ def _refusals(key: str, fault: Fault, plan: Plan, host: str) -> Iterator[str]:
     if isinstance(fault, Injected) and not plan.conducts(host):
         conductor = next(name for name in plan.swarm.hosts if plan.conducts(name))
         yield f"{named}: only {conductor!r}, the recorder's host, knows the time; use --faults there, this is {host!r}"
+
+
+def _real(key: str, fault: Fault, simulated: tuple[int, ...]) -> Iterator[str]:
+    for name, drone in fault.named_drones().items():
+        if drone not in simulated:
+            yield f"{key}.{name} = {drone}: {uav(drone)} is a real drone; must be a simulated one"
+    if not simulated:
+        yield f"{key}.kind = {fault.kind!r}: the swarm has no simulated drone"
 
 
 def _processes(key: str, fault: Fault, plan: Plan) -> tuple[str, list[str]]:

@@ -52,15 +52,13 @@ def draw(
     title: str, plan: Plan, order: tuple[str, ...], statuses: Mapping[str, Status], rates: Rates, now: int
 ) -> Group:
     """Return the table of the processes in `order`, at `now` (Unix ns)."""
-    flying = [identity for identity in order if plan.rows[identity].pilot]
-    others = [identity for identity in order if identity not in flying]
     parts: list[RenderableType] = [Text(title, style="bold", no_wrap=True, overflow="ellipsis")]
-    for headings, identities, row in ((DRONES, flying, _drone), (OTHERS, others, _process)):
+    for pilots, headings, row in ((True, DRONES, _drone), (False, OTHERS, _process)):
         table = Table(box=SIMPLE_HEAD, padding=0, pad_edge=False, show_edge=False)
         for heading in headings:  # numbers are flush right
             text = heading in ("drone", "process", "phase", "formation")
             table.add_column(heading, justify="left" if text else "right", no_wrap=True, vertical="bottom")
-        for identity in identities:
+        for identity in [identity for identity in order if plan.rows[identity].pilot == pilots]:
             status = statuses.get(identity)
             table.add_row(identity, *(["[dim]no status[/]"] if status is None else row(status, rates, now)))
         parts.append(table)
