@@ -5,8 +5,7 @@ It starts the swarm's processes, real or virtual, and ends them with the script.
 
 from __future__ import annotations
 
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
+from contextlib import AbstractAsyncContextManager
 from pathlib import Path
 
 from flockwire_core import clock
@@ -20,10 +19,9 @@ from flockwire_operator.station.folders import check_no_trace
 __all__ = ["DroneStatus", "Flight", "FlightError", "open_swarm"]
 
 
-@asynccontextmanager
-async def open_swarm(
+def open_swarm(
     file: str | Path, virtual: bool = False, seed: int = 0, out: str | Path | None = None
-) -> AsyncIterator[Flight]:
+) -> AbstractAsyncContextManager[Flight]:
     """Open the swarm of `file`; its processes run during the context.
 
     Flying drones land at the end of the context. `virtual` flies in virtual time, by `seed`. Trace and report go into
@@ -31,20 +29,16 @@ async def open_swarm(
     SwarmFileError, PortInUseError, CredentialsError, FileExistsError if `out` has a trace of another flight,
     ModuleNotFoundError without the extra `report`, which a flight with a trace needs.
     """
-    path = Path(file)
+    path, folder = Path(file), None if out is None else Path(out)
     plan = Plan(load_swarm(path))
-    if out is not None or not virtual:
+    if folder is not None or not virtual:
         require("matplotlib", "report", "the report")
-    if out is not None:
-        check_no_trace(Path(out))
+    if folder is not None:
+        check_no_trace(folder)
     if virtual:
         from flockwire_operator.scripting.virtual import virtual_flight  # noqa: PLC0415
 
-        opening = virtual_flight(plan, path, seed, Path(out) if out is not None else None)
-    else:
-        from flockwire_operator.scripting.real import real_flight  # noqa: PLC0415
+        return virtual_flight(plan, path, seed, folder)
+    from flockwire_operator.scripting.real import real_flight  # noqa: PLC0415
 
-        folder = Path(out or f"runs/{plan.swarm.name}-script-{clock.local():%Y%m%d-%H%M%S}")
-        opening = real_flight(plan, path, folder)
-    async with opening as flight:
-        yield flight
+    return real_flight(plan, path, Path(out or f"runs/{plan.swarm.name}-script-{clock.local():%Y%m%d-%H%M%S}"))
