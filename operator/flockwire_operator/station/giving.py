@@ -10,6 +10,7 @@ import asyncio
 import socket
 import ssl
 from collections.abc import Iterable
+from contextlib import closing, suppress
 from pathlib import Path
 
 from flockwire_core import clock
@@ -83,12 +84,11 @@ def _context(plan: Plan, keys: Path) -> ssl.SSLContext | None:
     if plan.swarm.network.security == "none":
         return None
     files = files_of(keys, OPERATOR.kind)
-    try:
+    with suppress(OSError):  # unreadable keys do not delay a link
         context = ssl.create_default_context(cafile=files.authority)
         context.load_cert_chain(files.certificate, files.key)
-    except OSError:
-        return None  # unreadable keys do not delay a link
-    return context
+        return context
+    return None
 
 
 async def _cause(plan: Plan, endpoint: str, context: ssl.SSLContext | None) -> str:
@@ -113,12 +113,8 @@ async def _cause(plan: Plan, endpoint: str, context: ssl.SSLContext | None) -> s
 async def _handshake(host: str, port: int, context: ssl.SSLContext | None) -> None:
     """Connect, and wait a little for a refusal: the server checks our certificate after our handshake."""
     reader, writer = await asyncio.open_connection(host, port, ssl=context)
-    try:
+    with closing(writer), suppress(TimeoutError):  # it waits for Zenoh's first message
         await asyncio.wait_for(reader.read(1), HANDSHAKE_TIME / 2)
-    except TimeoutError:
-        pass  # it waits for Zenoh's first message
-    finally:
-        writer.close()
 
 
 async def _datagram(host: str, port: int) -> None:

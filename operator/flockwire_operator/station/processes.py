@@ -7,7 +7,7 @@ import contextlib
 import os
 import signal
 import subprocess
-from collections.abc import AsyncIterator, Iterable
+from collections.abc import AsyncIterator, Iterable, Sequence
 from itertools import groupby
 from pathlib import Path
 
@@ -169,18 +169,17 @@ class UnansweredError(OSError):
 
 @contextlib.asynccontextmanager
 async def started(
-    host: Host, identities: Iterable[str], identity: str, interrupted: Interrupts
+    host: Host, identities: Sequence[str], identity: str, interrupted: Interrupts
 ) -> AsyncIterator[tuple[Children, Session]]:
     """Start the processes `identities` of `host`, and open the session of `identity`; all end with the context.
 
     Raises PortInUseError, UnansweredError, CredentialsError.
     """
-    first = tuple(identities)
-    if busy := busy_endpoint(host.plan, (identity, *first)):
+    if busy := busy_endpoint(host.plan, (identity, *identities)):
         raise PortInUseError(busy)
     children = Children(host)
     try:
-        for one in first:
+        for one in identities:
             children.start(one)
         session = await connected(host.plan, identity, host.keys, interrupted, hopeless=children.died)
         if session is None:

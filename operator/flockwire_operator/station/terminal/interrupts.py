@@ -20,10 +20,7 @@ class Interrupts:
 
     def take(self, number: signal.Signals) -> None:
         """Count one signal; a closing terminal counts once for all its signals."""
-        if number is signal.SIGHUP:
-            self.count = max(self.count, 1)
-        else:
-            self.count += 1
+        self.count = max(self.count, 1) if number is signal.SIGHUP else self.count + 1
 
 
 @contextlib.contextmanager
