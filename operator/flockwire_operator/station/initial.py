@@ -112,14 +112,11 @@ def _lines(given: Given, places: list[list[float]], world: tuple[str, ...]) -> I
 
 
 def _table(table: str, keys: list[Key], given: dict[str, Any]) -> Iterator[str]:
-    shown_keys = list(_keys(keys, given))
-    if not shown_keys:
-        return
     yield ""
     if table:
         purpose = re.split(r"[.:;,]", keys[0].table["purpose"])[0]
         yield f"{f'[{table}]' if given else f'# [{table}]':<{WIDTH}}# {purpose}"
-    yield from shown_keys
+    yield from _keys(keys, given)
 
 
 def _keys(keys: list[Key], given: dict[str, Any]) -> Iterator[str]:
