@@ -11,11 +11,11 @@ from collections.abc import Iterator
 from typing import Any
 
 import zenoh
-from flockwire_core.ros.definitions import MESSAGES, SERVICES, TRIGGER
-from flockwire_core.ros.type_hash import type_hash
-from flockwire_core.wire import schemas
+from flockwire_core.ros.definitions import HASHES, TRIGGER
+from rosbags.typesys import Stores, get_typestore
 
 ATTACHMENT = struct.Struct("<qqB16s")
+TRIGGER_RESPONSE = "bool success\nstring message"
 
 
 @contextlib.contextmanager
@@ -52,11 +52,7 @@ def bare(port: int) -> Iterator[zenoh.Session]:
 
 def definition(ros_type: str) -> str:
     """Return the definition of a type with all that it needs, for the SDK."""
-    known, schemas.DEFINITIONS = schemas.DEFINITIONS, MESSAGES
-    try:
-        return schemas.schema_text(ros_type)
-    finally:
-        schemas.DEFINITIONS = known
+    return get_typestore(Stores.ROS2_JAZZY).generate_msgdef(ros_type, ros_version=2)[0]
 
 
 class Sdk:
@@ -94,16 +90,15 @@ class Sdk:
             self.last[name] = message
 
         qos = QosProfile(durability=QosDurability.TRANSIENT_LOCAL) if latched else None
-        text, number = definition(ros_type), type_hash(ros_type)
+        text, number = definition(ros_type), HASHES[ros_type]
         ROS2Subscriber(name, ros_type, seen, msg_definition=text, type_hash=number, domain_id=0, qos=qos, **self._where)
 
     def call(self, name: str) -> tuple[bool, str]:
         """Call a std_srvs/Trigger."""
         from zenoh_ros2_sdk import ROS2ServiceClient
 
-        request, response = SERVICES[TRIGGER]
         client = ROS2ServiceClient(
-            name, TRIGGER, request_definition=request, response_definition=response, type_hash=type_hash(TRIGGER),
+            name, TRIGGER, request_definition="", response_definition=TRIGGER_RESPONSE, type_hash=HASHES[TRIGGER],
             domain_id=0, timeout=20.0, **self._where,
         )  # fmt: skip
         found = client.call()

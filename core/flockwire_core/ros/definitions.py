@@ -1,12 +1,11 @@
-"""The definitions of the ROS 2 messages and services on the ROS side, in the form of schemas.py.
+"""The types of the ROS 2 messages and services on the ROS side, and the hashes of their definitions.
 
 Source: common_interfaces, geometry2 and rcl_interfaces of ROS 2 (Humble to Lyrical agree on these), and of
-motion_capture_tracking its interfaces.
+motion_capture_tracking its interfaces. ROS 2 installs the hash of a type (REP 2011) with its definition, as JSON;
+rosbags computes it by `hash_rihs01`.
 """
 
 from __future__ import annotations
-
-from flockwire_core.wire.schemas import DEFINITIONS
 
 POSE = "geometry_msgs/msg/PoseStamped"
 POSES = "geometry_msgs/msg/PoseArray"
@@ -23,50 +22,19 @@ MARKERS = "visualization_msgs/msg/MarkerArray"
 CLOCK = "rosgraph_msgs/msg/Clock"
 TRIGGER = "std_srvs/srv/Trigger"
 
-MESSAGES = DEFINITIONS | {
-    POSES: "std_msgs/Header header\ngeometry_msgs/Pose[] poses",
-    NAMED_POSES: "std_msgs/Header header\nmotion_capture_tracking_interfaces/NamedPose[] poses",
-    "motion_capture_tracking_interfaces/msg/NamedPose": "string name\ngeometry_msgs/Pose pose",
-    "geometry_msgs/msg/PoseWithCovariance": "geometry_msgs/Pose pose\nfloat64[36] covariance",
-    "geometry_msgs/msg/TwistWithCovariance": "geometry_msgs/Twist twist\nfloat64[36] covariance",
-    "geometry_msgs/msg/Transform": "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation",
-    TRANSFORM: "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform",
-    "geometry_msgs/msg/Accel": "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular",
-    ACCELERATION: "std_msgs/Header header\ngeometry_msgs/Accel accel",
-    ODOMETRY: (
-        "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\n"
-        "geometry_msgs/TwistWithCovariance twist"
-    ),
-    TRANSFORMS: "geometry_msgs/TransformStamped[] transforms",
-    BATTERY: (
-        "std_msgs/Header header\nfloat32 voltage\nfloat32 temperature\nfloat32 current\nfloat32 charge\n"
-        "float32 capacity\nfloat32 design_capacity\nfloat32 percentage\nuint8 power_supply_status\n"
-        "uint8 power_supply_health\nuint8 power_supply_technology\nbool present\nfloat32[] cell_voltage\n"
-        "float32[] cell_temperature\nstring location\nstring serial_number"
-    ),
-    "diagnostic_msgs/msg/KeyValue": "string key\nstring value",
-    DIAGNOSTIC: (
-        "byte OK=0\nbyte WARN=1\nbyte ERROR=2\nbyte STALE=3\nbyte level\nstring name\nstring message\n"
-        "string hardware_id\ndiagnostic_msgs/KeyValue[] values"
-    ),
-    DIAGNOSTICS: "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status",
-    "builtin_interfaces/msg/Duration": "int32 sec\nuint32 nanosec",
-    "std_msgs/msg/ColorRGBA": "float32 r\nfloat32 g\nfloat32 b\nfloat32 a",
-    "sensor_msgs/msg/CompressedImage": "std_msgs/Header header\nstring format\nuint8[] data",
-    "visualization_msgs/msg/UVCoordinate": "float32 u\nfloat32 v",
-    "visualization_msgs/msg/MeshFile": "string filename\nuint8[] data",
-    "visualization_msgs/msg/Marker": (
-        "std_msgs/Header header\nstring ns\nint32 id\nint32 type\nint32 action\ngeometry_msgs/Pose pose\n"
-        "geometry_msgs/Vector3 scale\nstd_msgs/ColorRGBA color\nbuiltin_interfaces/Duration lifetime\n"
-        "bool frame_locked\ngeometry_msgs/Point[] points\nstd_msgs/ColorRGBA[] colors\nstring texture_resource\n"
-        "sensor_msgs/CompressedImage texture\nvisualization_msgs/UVCoordinate[] uv_coordinates\nstring text\n"
-        "string mesh_resource\nvisualization_msgs/MeshFile mesh_file\nbool mesh_use_embedded_materials"
-    ),
-    MARKERS: "visualization_msgs/Marker[] markers",
-    CLOCK: "builtin_interfaces/Time clock",
-    "service_msgs/msg/ServiceEventInfo": (
-        "uint8 event_type\nbuiltin_interfaces/Time stamp\nchar[16] client_gid\nint64 sequence_number"
-    ),
+HASHES = {  # part of each key of rmw_zenoh
+    POSE: "RIHS01_10f3786d7d40fd2b54367835614bff85d4ad3b5dab62bf8bca0cc232d73b4cd8",
+    POSES: "RIHS01_af0cc36d190e104d546d168d6b39df04fa4b4ccecf59cb4c9ed328d3d5004aa0",
+    NAMED_POSES: "RIHS01_d4c89ff7e0670d5f83b0322513e1c8dc2c3b279a68495daa026c352f0027e5f2",
+    TRANSFORM: "RIHS01_0a241f87d04668d94099cbb5ba11691d5ad32c2f29682e4eb5653424bd275206",
+    TWIST: "RIHS01_5f0fcd4f81d5d06ad9b4c4c63e3ea51b82d6ae4d0558f1d475229b1121db6f64",
+    ACCELERATION: "RIHS01_ef1df9eabae0a708cc049a061ebcddc4e2a5f745730100ba680e086a9698b165",
+    ODOMETRY: "RIHS01_3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0",
+    TRANSFORMS: "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087",
+    BATTERY: "RIHS01_4bee5dfce981c98faa6828b868307a0a73f992ed0789f374ee96c8f840e69741",
+    DIAGNOSTIC: "RIHS01_b0e3e692ea2d54a8af2f4ef1930e81556a2db55216b771f8a7d2724ed47bf0e4",
+    DIAGNOSTICS: "RIHS01_5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e",
+    MARKERS: "RIHS01_86cb8800b6fb05b5eff1abd7a56f62a5641d3ae9a1c29e78e67e704f1d067dcf",
+    CLOCK: "RIHS01_692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564",
+    TRIGGER: "RIHS01_eeff2cd6fa5ad9d27cdf4dec64818317839b62f212a91e6b5304b634b2062c5f",
 }
-
-SERVICES = {TRIGGER: ("", "bool success\nstring message")}  # request and response

@@ -16,7 +16,7 @@ from collections.abc import Collection, Iterable
 from enum import StrEnum
 from typing import NamedTuple
 
-from flockwire_core.ros.type_hash import type_hash
+from flockwire_core.ros.definitions import HASHES
 
 TOKENS = "@ros2_lv"
 NODE, NODE_PARTS, END_PARTS = "NN", 9, 13  # of a token: the kind of a node, parts of a node's and of an end's
@@ -67,7 +67,7 @@ class Node(NamedTuple):
 
     def end(self, number: int, kind: EndKind, name: str, ros_type: str, qos: Qos = DEFAULT) -> str:
         """Return the token of the end `number` of the topic or service `name`, an absolute name."""
-        return "/".join((self._head(number, kind), mangled(name), dds_type(ros_type), type_hash(ros_type), qos.text))
+        return "/".join((self._head(number, kind), mangled(name), dds_type(ros_type), HASHES[ros_type], qos.text))
 
     def _head(self, number: int, kind: str) -> str:
         where = f"{TOKENS}/{self.domain}/{self.session}/{self.number}/{number}/{kind}"
@@ -87,7 +87,7 @@ class End(NamedTuple):
 
 def data_key(domain: int, name: str, ros_type: str) -> str:
     """Return the key of the messages of a topic, or of the requests of a service, of the absolute name `name`."""
-    return f"{domain}/{name.strip('/')}/{dds_type(ros_type)}/{type_hash(ros_type)}"
+    return f"{domain}/{name.strip('/')}/{dds_type(ros_type)}/{HASHES[ros_type]}"
 
 
 def topic_of(key: str) -> str:
@@ -149,7 +149,7 @@ def advice(publishers: Iterable[End], domain: int, name: str, ros_types: Collect
     for end in here:
         if end.dds_type not in wanted:
             return f"{end.name} has messages of {end.dds_type}: must be of {' or '.join(wanted)}"
-        if end.type_hash != type_hash(wanted[end.dds_type]):
+        if end.type_hash != HASHES[wanted[end.dds_type]]:
             other = f"another version of {end.dds_type} ({end.type_hash})"
             return f"{end.name} has messages of {other}: use ROS 2 Jazzy or newer"
     return f"{here[0].node} announces {here[0].name}, but publishes nothing"

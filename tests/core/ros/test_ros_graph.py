@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import pytest
 from flockwire_core.ros import graph
-from flockwire_core.ros.definitions import MESSAGES, TRIGGER
+from flockwire_core.ros.definitions import HASHES, TRIGGER
 from flockwire_core.ros.graph import DEFAULT, LATCHED, End, EndKind, Node, Qos
-from flockwire_core.ros.type_hash import type_hash
 from zenoh_ros2_sdk.entity import EndpointEntity, EntityKind, NodeEntity
 from zenoh_ros2_sdk.keyexpr import endpoint_liveliness_keyexpr, node_liveliness_keyexpr, topic_keyexpr
 from zenoh_ros2_sdk.qos import QosDurability, QosProfile, QosReliability
@@ -26,10 +25,10 @@ THEIR_QOS = {
 }
 
 
-@pytest.mark.parametrize("ros_type", [name for name in MESSAGES if name != "service_msgs/msg/ServiceEventInfo"])
+@pytest.mark.parametrize("ros_type", HASHES)
 def test_data_keys_are_those_of_the_sdk(ros_type: str) -> None:
     for name in ("/tf", "/paper/uav1/pose"):
-        theirs = topic_keyexpr(7, name, ros2_to_dds_type(ros_type), type_hash(ros_type))
+        theirs = topic_keyexpr(7, name, ros2_to_dds_type(ros_type), HASHES[ros_type])
         assert graph.data_key(7, name, ros_type) == theirs
         assert graph.topic_of(theirs) == name
 
@@ -43,13 +42,13 @@ def test_tokens_are_those_of_the_sdk(namespace: str, qos: Qos, kind: EndKind) ->
     assert mangle_name(namespace) == graph.mangled(namespace)
     assert own.token == node_liveliness_keyexpr(theirs)
     end = EndpointEntity(
-        theirs, 5, KINDS[kind], "/paper/uav1/pose", ros2_to_dds_type(ros_type), type_hash(ros_type),
+        theirs, 5, KINDS[kind], "/paper/uav1/pose", ros2_to_dds_type(ros_type), HASHES[ros_type],
         THEIR_QOS[qos].encode(),
     )  # fmt: skip
     token = own.end(5, kind, "/paper/uav1/pose", ros_type, qos)
     assert token == endpoint_liveliness_keyexpr(end)
     node = "/ros" if namespace == "/" else f"{namespace}/ros"
-    found = End(3, kind, node, "/paper/uav1/pose", graph.dds_type(ros_type), type_hash(ros_type))
+    found = End(3, kind, node, "/paper/uav1/pose", graph.dds_type(ros_type), HASHES[ros_type])
     assert graph.read_end(token) == found
     assert graph.read_end(f"{token}/backends:cpu:") == found  # as Lyrical and newer announce buffers
     assert graph.read_end(f"{token}/backends:cpu:/more") is None

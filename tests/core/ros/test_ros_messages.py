@@ -7,18 +7,17 @@ from typing import Any
 
 import pytest
 from flockwire_core.ros import definitions, messages
-from flockwire_core.ros.definitions import MESSAGES, SERVICES
+from flockwire_core.ros.definitions import HASHES, TRIGGER
 from flockwire_core.ros.markers import Marker, Shape, marker_array
-from flockwire_core.ros.type_hash import rihs01, service_parts, type_hash
 from flockwire_core.wire.cdr import MessageError
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 NOW = 1_790_000_000_123_456_789
 NAMES = ("", "a", "ab", "abc", "abcd", "uav1", "a longer name")
-STANDARD = [name for name in MESSAGES if not name.startswith(("flockwire_msgs", "service_msgs"))]
+STANDARD = [name for name in HASHES if name != TRIGGER]
 STORE = get_typestore(Stores.ROS2_JAZZY)
 RESPONSE = "std_srvs/msg/TriggerResponse"
-STORE.register(get_types_from_msg(SERVICES[definitions.TRIGGER][1], RESPONSE))
+STORE.register(get_types_from_msg("bool success\nstring message", RESPONSE))
 MOTION_CAPTURE = {  # as motion_capture_tracking_interfaces has them
     "motion_capture_tracking_interfaces/msg/NamedPose": "string name\ngeometry_msgs/Pose pose",
     "motion_capture_tracking_interfaces/msg/NamedPoseArray": "std_msgs/Header header\nNamedPose[] poses",
@@ -36,28 +35,12 @@ def test_hashes_are_those_of_rosbags(store: Stores) -> None:
     types = get_typestore(store)
     for name, text in MOTION_CAPTURE.items():
         types.register(get_types_from_msg(text, name))
-    assert {name: type_hash(name) for name in STANDARD} == {name: types.hash_rihs01(name) for name in STANDARD}
+    assert {name: HASHES[name] for name in STANDARD} == {name: types.hash_rihs01(name) for name in STANDARD}
 
 
-def test_hashes_of_services_are_those_of_ros_itself() -> None:
-    # std_srvs/Trigger as natnet_zenoh pins it from Jazzy, AddTwoInts as recorded from rmw_zenoh in oxidros
-    assert list(SERVICES) == [definitions.TRIGGER]
-    assert type_hash(definitions.TRIGGER) == "RIHS01_eeff2cd6fa5ad9d27cdf4dec64818317839b62f212a91e6b5304b634b2062c5f"
-    name = "example_interfaces/srv/AddTwoInts"
-    parts = MESSAGES | service_parts(name, "int64 a\nint64 b", "int64 sum")
-    assert rihs01(name, parts) == "RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a"
-
-
-@pytest.mark.parametrize(
-    ("text", "says"),
-    [("float64", "'float64' is no field"), ("Pose pose", "'Pose' is no type of ROS 2"), ("float64 x 1.5", None)],
-)
-def test_a_definition_that_is_none_is_refused(text: str, says: str | None) -> None:
-    if says is None:
-        assert rihs01("a/msg/B", {"a/msg/B": text})  # a default value is no part of the type
-        return
-    with pytest.raises(ValueError, match=says):
-        rihs01("a/msg/B", {"a/msg/B": text})
+def test_the_hash_of_the_service_is_that_of_ros_itself() -> None:
+    # std_srvs/Trigger as natnet_zenoh pins it from Jazzy
+    assert HASHES[TRIGGER] == "RIHS01_eeff2cd6fa5ad9d27cdf4dec64818317839b62f212a91e6b5304b634b2062c5f"
 
 
 @pytest.mark.parametrize("frame", NAMES)

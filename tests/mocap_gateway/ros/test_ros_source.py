@@ -10,10 +10,9 @@ import pytest
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.cores import Start
-from flockwire_core.ros.definitions import NAMED_POSES, ODOMETRY, POSE, POSES, TRANSFORM, TRANSFORMS
+from flockwire_core.ros.definitions import HASHES, NAMED_POSES, ODOMETRY, POSE, POSES, TRANSFORM, TRANSFORMS
 from flockwire_core.ros.graph import End, advice, dds_type
 from flockwire_core.ros.messages import NamedPose, pose_array, transforms
-from flockwire_core.ros.type_hash import type_hash
 from flockwire_core.wire.cdr import Writer
 from flockwire_core.wire.codec import encode
 from flockwire_core.wire.plan import Plan
@@ -126,7 +125,7 @@ def test_what_is_no_pose_or_no_news_is_dropped_and_counted(source: Callable[...,
 )
 def test_why_nothing_arrives_is_one_line_with_the_remedy(ends: list[tuple[int, str, str | None]], says: str) -> None:
     found = [
-        End(domain, "MP", "/driver", name, dds_type(kind or POSE), type_hash(kind) if kind else "TypeHashNotSupported")
+        End(domain, "MP", "/driver", name, dds_type(kind or POSE), HASHES[kind] if kind else "TypeHashNotSupported")
         for domain, name, kind in ends
     ]
     assert says in advice(found, 0, "/m/*/pose", SINGLE, "the.key")
