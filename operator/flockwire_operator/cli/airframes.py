@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import sys
-from collections.abc import Callable
-from functools import wraps
 from pathlib import Path
 from typing import Annotated
 
@@ -50,7 +47,7 @@ def identify(
             core = asyncio.run(identifying.excite(plan, swarm, secrets, number, folder, axes))
             found = identifying.fits(core)
     except IdentificationError as error:
-        _fail(str(error))
+        refuse(f"identify failed: {error}", 1)
     if found:
         print("\n".join(identifying.described(found)), end="\n\n")
         figure = folder / "identification.png"
@@ -61,28 +58,9 @@ def identify(
             print("\n".join(identifying.airframe_table(loaded, number, found)))
         print(f"\nflockwire: {figure}")
     if core.failure:
-        _fail(core.failure)
-
-
-def _refusing(run: Callable[..., None]) -> Callable[..., None]:
-    """Return the command `run`, which waits for no terminal, and whose ValueError refuses its arguments."""
-
-    @wraps(run)
-    def refusing(*given: object, **named: object) -> None:
-        try:
-            with unblocked():
-                run(*given, **named)
-        except ValueError as error:
-            refuse(str(error))
-
-    return refusing
+        refuse(f"identify failed: {core.failure}", 1)
 
 
 for row in AIRFRAMES:
     if row.command:
-        app.command()(_refusing(load_object(row.command)))
-
-
-def _fail(reason: str) -> None:
-    print(f"flockwire: identify failed: {reason}", file=sys.stderr)
-    raise typer.Exit(1)
+        app.command()(refused(bad=ValueError)(unblocked()(load_object(row.command))))

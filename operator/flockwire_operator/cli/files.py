@@ -55,10 +55,8 @@ def init(
     """Write a swarm file with comments, and a schema for editors beside it; its simulated world is a laboratory's."""
     if file.exists():
         refuse(f"FILE = {file}: exists; name a new one")
-    try:
+    with refused(cannot=f"FILE = {file}: cannot write there"):
         write_swarm(file, drones, ideal)
-    except OSError as error:
-        refuse(f"FILE = {file}: cannot write there: {error.strerror}")
     print(
         f"flockwire: {file}: {drones} drones; next: flockwire check {file}, flockwire sim {file}, flockwire up {file}"
     )
@@ -83,7 +81,8 @@ def check(
 
     plan = load(swarm)
     if live:
-        raise typer.Exit(_check_live(plan, keys_folder(swarm, plan, keys), as_json))
+        _check_live(plan, keys_folder(swarm, plan, keys), as_json)
+        return
     checked = law_check(plan.swarm)
     if checked[0]:
         refuse("\n".join(f"{swarm}: control.law = {plan.swarm.control.law!r}: {one}" for one in checked[0]))
@@ -96,8 +95,8 @@ def check(
             print(f"warning: {line}")
 
 
-def _check_live(plan: Plan, keys: Path, as_json: bool) -> int:
-    """Print the state of the running swarm; returns the exit status."""
+def _check_live(plan: Plan, keys: Path, as_json: bool) -> None:
+    """Print the state of the running swarm, and end if it is not ready."""
     from flockwire_core.runtime.session import RouterAbsentError  # noqa: PLC0415  (zenoh)
 
     from flockwire_operator.station.answers import text  # noqa: PLC0415
@@ -109,10 +108,8 @@ def _check_live(plan: Plan, keys: Path, as_json: bool) -> int:
     except RouterAbsentError:
         refuse(f"the router at {plan.endpoints[plan.routers[0]]} does not answer")
     print(text({"checks": [line._asdict() for line in found]}) if as_json else "\n".join(table(found)))
-    failed = [line for line in found if line.remedy]
-    if failed:
-        print(f"flockwire: not ready: {len(failed)} of {len(found)} checks failed", file=sys.stderr)
-    return 1 if failed else 0
+    if failed := [line for line in found if line.remedy]:
+        refuse(f"not ready: {len(failed)} of {len(found)} checks failed", 1)
 
 
 @app.command()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import sys
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -170,8 +169,7 @@ def probe(
     with refused(out):
         found = asyncio.run(run(plan, swarm, made_keys(swarm, plan, keys, next(iter(plan.swarm.hosts))), out))
     if found:
-        print(f"flockwire: the links do not conform to the graph: {found[0].sentence()}", file=sys.stderr)
-        raise typer.Exit(1)
+        refuse(f"the links do not conform to the graph: {found[0].sentence()}", 1)
 
 
 def _predict(swarm: Swarm, duration: float, verbose: bool) -> None:

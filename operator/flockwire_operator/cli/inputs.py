@@ -27,26 +27,27 @@ if TYPE_CHECKING:
 ADDRESSES = "FLOCKWIRE_BY_NAME"  # set if each process has its own host, or container, of its name
 
 
-def refuse(reason: str) -> NoReturn:
-    """End with exit status 2; each line of `reason` names a problem."""
+def refuse(reason: str, status: int = 2) -> NoReturn:
+    """End with that exit status, 2 for a bad input, 1 for a failure; each line of `reason` names a problem."""
     print("\n".join(f"flockwire: {line}" for line in printable(reason).split("\n")), file=sys.stderr)
-    raise SystemExit(2)
+    raise SystemExit(status)
 
 
 @contextmanager
-def refused(out: Path | None = None) -> Iterator[None]:
-    """Refuse a bad input, and the folder `out`, if there is one, at an OSError.
+def refused(out: Path | None = None, cannot: str = "", bad: type[ValueError] = InputError) -> Iterator[None]:
+    """Refuse a `bad` input, and at an OSError the folder `out`, or with what `cannot` be done, if there is one of them.
 
-    One that is not the system's (a port in use) has its own sentence.
+    An OSError that is not the system's (a port in use) has its own sentence.
     """
+    cannot = cannot or ("" if out is None else f"--out = {out}: cannot write there")
     try:
         yield
-    except InputError as error:
+    except bad as error:
         refuse(str(error))
     except OSError as error:
-        if out is None:
+        if not cannot:
             raise
-        refuse(f"--out = {out}: cannot write there: {error.strerror}" if error.strerror else str(error))
+        refuse(f"{cannot}: {error.strerror}" if error.strerror else str(error))
 
 
 def this_host(swarm: Swarm, host: str | None) -> str:

@@ -20,7 +20,7 @@ from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import PROCESSES, Process
 from flockwire_lab.faults.targets import WRAPPED
 
-from flockwire_operator.cli.inputs import faults_of, load, planned, refuse, refuse_a_second_trace
+from flockwire_operator.cli.inputs import faults_of, load, planned, refuse, refuse_a_second_trace, refused
 from flockwire_operator.station.flown import OtherFlightError, as_flown, flown, flown_by
 from flockwire_operator.station.folders import keys_folder
 
@@ -129,10 +129,8 @@ def _out(given: Namespace, plan: Plan, begins: bool) -> Path:
     from flockwire_recorder.folders import dated_folder, same_flight  # noqa: PLC0415  (only a recorder needs it)
 
     if given.dated:
-        try:
+        with refused(cannot=f"--out = {out}: cannot read it"):
             return dated_folder(out, plan.swarm, clock.local())
-        except OSError as error:
-            refuse(f"--out = {out}: cannot read it: {error.strerror}")
     if not same_flight(out, plan.swarm, clock.utc()):
         refuse_a_second_trace(out)
     return out

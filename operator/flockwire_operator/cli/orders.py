@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 from flockwire_core.ground.order import Order
 from flockwire_core.runtime.standard_streams import unblocked
-from flockwire_core.swarm.wording import meant, printable
+from flockwire_core.swarm.wording import meant
 from flockwire_core.wire.plan import Plan
 
 from flockwire_operator.cli.arguments import AsJson, Keys, SwarmFile, Without, application, left_out
@@ -34,22 +34,12 @@ def start(
     _give(plan, keys_folder(swarm, plan, keys), Order("start", formation, without=absent))
 
 
-@app.command()
-def hold(swarm: SwarmFile, keys: Keys = None) -> None:
-    """Leave the formation and hover."""
-    _give(*load_flying(swarm, keys), Order("hold"))
-
-
-@app.command()
-def land(swarm: SwarmFile, keys: Keys = None) -> None:
-    """Land all drones where they are."""
-    _give(*load_flying(swarm, keys), Order("land"))
-
-
-@app.command()
-def stop(swarm: SwarmFile, keys: Keys = None) -> None:
-    """Emergency: motors off at once; flying drones fall."""
-    _give(*load_flying(swarm, keys), Order("stop"))
+@app.command("hold", help="Leave the formation and hover.")
+@app.command("land", help="Land all drones where they are.")
+@app.command("stop", help="Emergency: motors off at once; flying drones fall.")
+def down(context: typer.Context, swarm: SwarmFile, keys: Keys = None) -> None:
+    """Give the order of the command's name to the swarm as it took off."""
+    _give(*load_flying(swarm, keys), Order(str(context.info_name)))
 
 
 @app.command()
@@ -81,8 +71,7 @@ def status(
     with refused():
         missing = asyncio.run(watch(plan, folder, once, as_json))
     if missing:
-        print(f"flockwire: no status of {', '.join(missing)}", file=sys.stderr)
-        raise typer.Exit(1)
+        refuse(f"no status of {', '.join(missing)}", 1)
 
 
 @app.command()
@@ -130,11 +119,8 @@ def console(
     from flockwire_operator.console.command import serve  # noqa: PLC0415  (aiohttp)
 
     plan, folder = load_flying(swarm, keys)
-    try:
-        with refused(), unblocked():
-            served = asyncio.run(serve(plan, folder, address, port, foxglove))
-    except OSError as error:
-        refuse(f"--port = {port}: cannot listen at {address}:{port}: {error.strerror}")
+    with refused(cannot=f"--port = {port}: cannot listen at {address}:{port}"), unblocked():
+        served = asyncio.run(serve(plan, folder, address, port, foxglove))
     raise typer.Exit(0 if served else 1)
 
 
@@ -187,5 +173,4 @@ def _give(plan: Plan, keys: Path, order: Order) -> None:
         note = f"; {answer.note}" if answer.note else ""
         print(f"flockwire: {order.verb}: confirmed by {', '.join(answer.confirmed)}{note}")
     if answer.failure:
-        print(f"flockwire: {order.verb} failed: {printable(answer.failure)}", file=sys.stderr)
-        raise typer.Exit(1)
+        refuse(f"{order.verb} failed: {answer.failure}", 1)

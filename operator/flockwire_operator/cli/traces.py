@@ -34,8 +34,7 @@ def report(
     failures = print_figures(summary)
     print(f"  report: {folder / 'report.html'}")
     if failures:
-        print(f"flockwire: {'; '.join(failures)}", file=sys.stderr)
-        raise typer.Exit(1)
+        refuse("; ".join(failures), 1)
 
 
 @app.command()

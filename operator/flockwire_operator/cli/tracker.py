@@ -36,10 +36,8 @@ def tracker(swarm: SwarmFile, seconds: Seconds = 1.5, as_json: AsJson = False) -
         print(text({"bodies": [row._asdict() for row in rows], "counts": dict(state.counts), "problems": problems}))
     else:
         _print(rows, state)
-    for problem in problems:
-        print(f"flockwire: {printable(problem)}", file=sys.stderr)
     if problems:
-        raise typer.Exit(1)
+        refuse("\n".join(problems), 1)
     if not as_json:
         print("all drones' bodies are present, tracked, still, and at their starts")
 
