@@ -14,7 +14,7 @@ from flockwire_core.swarm.wording import InputError
 from flockwire_core.wire.command_line import FilePaths, arguments
 from flockwire_core.wire.plan import Plan
 
-from flockwire_deploy.files import has_law, template, write, write_keys, write_swarm
+from flockwire_deploy.files import has_law, key_files, template, write, write_keys, write_swarm
 from flockwire_deploy.wheels import Wheels, read_wheels
 
 CREDENTIALS = "%d"  # systemd's word for the folder of a unit's own keys
@@ -71,11 +71,6 @@ def _outlasts(plan: Plan, one: str, other: str) -> bool:
     if {one, other}.intersection(plan.routers):
         return one in plan.routers and other not in plan.routers
     return plan.rows[one].rank > plan.rows[other].rank
-
-
-def key_files(plan: Plan, identity: str) -> tuple[str, ...]:
-    """Return the names of the key files that `identity` needs."""
-    return (*(f"{name}.crt" for name in plan.authorities), f"{identity}.crt", f"{identity}.key")
 
 
 SUMS = "SHA256SUMS"

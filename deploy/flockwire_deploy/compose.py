@@ -84,33 +84,6 @@ def _name(plan: Plan, one: str, other: str) -> str:
     return shared if shared is not None else f"{one}-{other}"
 
 
-class Service(NamedTuple):
-    """One container: its process, command, predecessors (they start before it and end after it) and networks."""
-
-    identity: str
-    command: tuple[str, ...]
-    after: tuple[str, ...]
-    networks: tuple[str, ...]
-    writes: bool  # writes into the folder of runs
-    operator: bool  # gives the orders, and ends with the flight
-
-
-def services(plan: Plan, within: IPv4Network | None = None) -> tuple[Service, ...]:
-    """Return the services of the swarm, in the order of the process table."""
-    nets = networks(plan, within)
-    return tuple(
-        Service(
-            identity,
-            _command(plan, identity),
-            _after(plan, identity),
-            tuple(net.name for net in nets if identity in net.members),
-            plan.rows[identity].records or identity == OPERATOR.kind,
-            identity == OPERATOR.kind,
-        )
-        for identity in aboard(plan)
-    )
-
-
 def outside(swarm: Swarm) -> str:
     """Return a line about an input that containers on private networks cannot have; empty without one."""
     remedy = "deploy with --target systemd, or fly it with `flockwire up`"
@@ -127,15 +100,20 @@ def outside(swarm: Swarm) -> str:
 
 
 def compose_file(plan: Plan, within: IPv4Network | None = None) -> str:
-    """Return the text of compose.yaml. Raises InputError."""
+    """Return the text of compose.yaml, its services in the order of the process table. Raises InputError."""
+    nets = networks(plan, within)
+    services = [
+        {
+            "identity": identity,
+            "command": _command(plan, identity),
+            "after": _after(plan, identity),
+            "networks": [net.name for net in nets if identity in net.members],
+            "writes": identity in (*plan.recorders, OPERATOR.kind),  # into the folder of runs
+        }
+        for identity in aboard(plan)
+    ]
     page = template("compose.yaml.j2")
-    return page.render(
-        swarm=plan.swarm.name,
-        services=services(plan, within),
-        networks=networks(plan, within),
-        operator=OPERATOR.kind,
-        paths=PATHS,
-    )
+    return page.render(swarm=plan.swarm.name, services=services, networks=nets, operator=OPERATOR.kind, paths=PATHS)
 
 
 def write_compose(plan: Plan, swarm_file: Path, keys: Path, out: Path, within: IPv4Network | None) -> str:

@@ -100,13 +100,17 @@ def _below(package: Path, folder: Path) -> dict[str, Path]:
     return {path.relative_to(folder).as_posix(): path for path in files}
 
 
+def key_files(plan: Plan, identity: str) -> tuple[str, ...]:
+    """Return the names of the key files that `identity` needs."""
+    return (*(f"{name}.crt" for name in plan.authorities), f"{identity}.crt", f"{identity}.key")
+
+
 def write_keys(plan: Plan, keys: Path, identities: Iterable[str], folder: Path, owner: Owner | None = None) -> None:
     """Copy the keys of `identities`, and the authorities' certificates, from `keys` into `folder`; remove others.
 
     They then belong to `owner`, if given and permitted. Raises InputError if one is missing.
     """
-    own = tuple(identities)
-    names = sorted([*(f"{name}.crt" for name in (*plan.authorities, *own)), *(f"{name}.key" for name in own)])
+    names = sorted({name for identity in identities for name in key_files(plan, identity)})
     for name in names:
         if not (keys / name).is_file():
             raise InputError(

@@ -15,7 +15,8 @@ import tomli_w
 import yaml
 from bundles import BOTH, HOSTS
 from command_line import refused
-from flockwire_deploy.bundle import key_files, units
+from flockwire_deploy.bundle import units
+from flockwire_deploy.files import key_files
 from flockwire_operator.station.host import Host
 
 

@@ -4,7 +4,7 @@ import pytest
 import yaml
 from flockwire_core.loading import load_swarm
 from flockwire_core.wire.plan import Plan
-from flockwire_deploy.compose import compose_file, services
+from flockwire_deploy.compose import compose_file
 from flockwire_operator.station.host import Host
 
 ROOT = Path(__file__).parents[2]
@@ -45,8 +45,8 @@ def test_a_service_has_its_own_keys_and_writes_only_where_it_must(plan, composed
         assert service["cap_drop"] == ["ALL"]
 
 
-def test_services_end_in_the_order_in_which_orphans_do(plan):
-    after = {service.identity: service.after for service in services(plan)}
+def test_services_end_in_the_order_in_which_orphans_do(plan, composed):
+    after = {identity: service.get("depends_on", []) for identity, service in composed["services"].items()}
     for identity in plan.started:
         assert all(plan.rows[other].rank > plan.rows[identity].rank for other in after[identity])
     assert set(after["operator"]) >= set(plan.pilots.values())
