@@ -15,6 +15,7 @@ import ipaddress
 import os
 import secrets
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -81,35 +82,33 @@ def _make_keys(plan: Plan, folder: Path, now: datetime, rotate: bool) -> tuple[s
 def _renew(plan: Plan, folder: Path, signers: dict[str, Signer], now: datetime) -> Iterator[str]:
     """Make the certificates of processes that are not good; yield their names."""
     for identity in plan.identities:
-        signer = signers[plan.issuer(identity)]
-        if not _good(plan, folder, identity, signer.certificate, now):
+        if not _good(plan, folder, identity, now):
+            signer = signers[plan.issuer(identity)]
             save(issue(signer, identity, alternative_names(plan, identity), BEGIN, now + LIFE), folder, identity)
             yield identity
 
 
 def _held(plan: Plan, folder: Path) -> dict[str, Signer]:
     """Return the authorities whose keys are here."""
-    found = {name: _read_authority(folder, name) for name in plan.authorities}
-    return {name: signer for name, signer in found.items() if signer is not None}
+    found = {}
+    for name in plan.authorities:
+        with suppress(FileNotFoundError):
+            found[name] = read_authority(folder, name)
+    return found
 
 
 def _without_authority(plan: Plan, folder: Path, now: datetime) -> tuple[str, ...]:
     """Make nothing, because the authority's key is elsewhere; raises CredentialsError if a certificate is needed."""
-    needed = [*plan.authorities, *(name for name in plan.identities if (folder / f"{name}.crt").exists())]
-    for name in needed:  # missing certificates belong to another host
-        if not _stays(plan, folder, name, now):
+    for name in (*plan.authorities, *plan.identities):
+        held = (folder / f"{name}.crt").exists()
+        # a process without a certificate is another host's
+        stays = held if name in plan.authorities else not held or _good(plan, folder, name, now)
+        if not stays:
             raise CredentialsError(
                 f"{folder / name}.crt: has to be made again, and the authority's key is not here; run "
                 "`flockwire keys` where authority/ca.key is and copy the files, or use --rotate for a new authority"
             )
     return ()
-
-
-def _stays(plan: Plan, folder: Path, name: str, now: datetime) -> bool:
-    if name in plan.authorities:
-        return (folder / f"{name}.crt").exists()
-    issuer = x509.load_pem_x509_certificate((folder / f"{plan.issuer(name)}.crt").read_bytes())
-    return _good(plan, folder, name, issuer, now)
 
 
 def alternative_names(plan: Plan, identity: str) -> tuple[str, ...]:
@@ -162,26 +161,18 @@ def save(signer: Signer, folder: Path, name: str, secret: Path | None = None) ->
     _write(folder / f"{name}.crt", signer.certificate.public_bytes(serialization.Encoding.PEM))
 
 
-def read_authority(folder: Path) -> Signer:
-    """Read the authority with its key; raises FileNotFoundError if the key is kept elsewhere."""
-    authority = _read_authority(folder, AUTHORITY)
-    if authority is None:
-        raise FileNotFoundError(f"{folder / 'authority' / 'ca.key'}: the authority's key is not here")
-    return authority
-
-
-def _read_authority(folder: Path, name: str) -> Signer | None:
+def read_authority(folder: Path, name: str = AUTHORITY) -> Signer:
+    """Read the authority `name` with its key; raises FileNotFoundError if the key is kept elsewhere."""
+    path = folder / "authority" / f"{name}.key"
     try:
-        key = serialization.load_pem_private_key((folder / "authority" / f"{name}.key").read_bytes(), None)
+        key = serialization.load_pem_private_key(path.read_bytes(), None)
         certificate = x509.load_pem_x509_certificate((folder / f"{name}.crt").read_bytes())
     except FileNotFoundError:
-        return None
+        raise FileNotFoundError(f"{path}: the authority's key is not here") from None
     except (ValueError, TypeError) as error:
         raise CredentialsError(f"{folder}: its authority cannot be read: {error}; --rotate makes a new one") from None
     if not isinstance(key, ec.EllipticCurvePrivateKey) or certificate.public_key() != key.public_key():
-        raise CredentialsError(
-            f"{folder / 'authority' / name}.key: is not the key of {name}.crt; --rotate makes a new authority"
-        )
+        raise CredentialsError(f"{path}: is not the key of {name}.crt; --rotate makes a new authority")
     return Signer(certificate, key)
 
 
@@ -228,9 +219,10 @@ def _general_names(names: tuple[str, ...]) -> Iterator[x509.GeneralName]:
             yield x509.DNSName(name)
 
 
-def _good(plan: Plan, folder: Path, identity: str, authority: x509.Certificate, now: datetime) -> bool:
-    """Return whether the certificate on disk is good: complete, of this authority, with all names, not expiring."""
+def _good(plan: Plan, folder: Path, identity: str, now: datetime) -> bool:
+    """Return whether the certificate on disk is good: complete, of its authority, with all names, not expiring."""
     try:
+        authority = x509.load_pem_x509_certificate((folder / f"{plan.issuer(identity)}.crt").read_bytes())
         certificate = x509.load_pem_x509_certificate((folder / f"{identity}.crt").read_bytes())
         key = serialization.load_pem_private_key((folder / f"{identity}.key").read_bytes(), None)
         certificate.verify_directly_issued_by(authority)
