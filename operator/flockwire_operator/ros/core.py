@@ -90,7 +90,7 @@ class RosCore(Ground):
 
     period = PERIOD
 
-    def __init__(self, plan: Plan, new_giver: Callable[[], int]) -> None:
+    def __init__(self, plan: Plan, new_giver: Callable[[], int] = lambda: secrets.randbits(31)) -> None:
         super().__init__()
         self.operator = OperatorCore(plan, new_giver)
         self.services = Services(plan.swarm, self.operator)
@@ -127,4 +127,4 @@ class RosCore(Ground):
 
 def make_core(start: Start) -> RosCore:
     """Return the core, without a ROS side."""
-    return RosCore(start.plan, lambda: secrets.randbits(31))
+    return RosCore(start.plan)

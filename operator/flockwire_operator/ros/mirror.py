@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import deque
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from flockwire_core.control.tracker import VelocityTracker
@@ -34,6 +35,10 @@ from flockwire_operator.ros.topics import (
 PICTURE_PERIOD, HEALTH_PERIOD = SECOND // 10, SECOND  # ns
 FORGET = SECOND  # ns without a pose after which a velocity begins again
 TRACKER_FRAME = "tracker"
+
+PORTION = 49152  # bytes that leave at once: Zenoh's routers drop what exceeds two batches of 64 KiB
+OVERHEAD = 128  # bytes of a message besides its payload: key, attachment, time
+MOST_WAITING = 8192  # publications; beyond, the oldest are dropped
 
 Publication = tuple[Topic, bytes]
 
@@ -118,3 +123,33 @@ class Mirror:
     def _telemetry(self, key: Key, topics: tuple[Topic, ...], telemetry: Telemetry) -> None:
         told = battery(telemetry.stamp, self._names.frame(key.owner), telemetry.battery)
         self._due.append((topics[0], told))
+
+
+class Outgoing:
+    """A bounded queue of publications; `dropped` counts those that were too many.
+
+    After a pause of the process they leave in portions, which every router's queue takes.
+    """
+
+    def __init__(self) -> None:
+        self.dropped = 0
+        self._waiting: deque[Publication] = deque()
+
+    def add(self, publications: Iterable[Publication]) -> None:
+        """Append publications; drop the oldest of too many."""
+        self._waiting.extend(publications)
+        while len(self._waiting) > MOST_WAITING:
+            self._waiting.popleft()
+            self.dropped += 1
+
+    def take(self) -> list[Publication]:
+        """Return the next portion, the oldest first."""
+        found, size = list[Publication](), 0
+        while self._waiting and size < PORTION:
+            publication = self._waiting.popleft()
+            size += len(publication[1]) + OVERHEAD
+            found.append(publication)
+        return found
+
+    def __len__(self) -> int:
+        return len(self._waiting)

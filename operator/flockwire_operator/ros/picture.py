@@ -43,8 +43,7 @@ class Picture:
     def markers(self, now: int) -> bytes:
         """Return a MarkerArray of all that is known at `now` (Unix ns)."""
         lifetime = 0.5  # s for which a marker is drawn unless it comes again
-        places = self._places(now)
-        found = (*self._constant, *self._drones(), *self._edges(), *self._at_places(places))
+        found = (*self._constant, *self._drones(), *self._edges(), *self._at_places(now))
         return marker_array(now, self._plan.swarm.frame, found, lifetime)
 
     def _drones(self) -> list[Marker]:
@@ -77,26 +76,21 @@ class Picture:
                 found.append(Marker("edges", number, Shape.ARROW, GREY, (0.02, 0.06, 0.1), points=points))
         return found
 
-    def _at_places(self, places: dict[str, Vector]) -> list[Marker]:
-        """Return each place in the formation, and the error from the drone to it."""
-        found = []
-        for number, (name, place) in enumerate(places.items()):
-            found.append(Marker("places", number, Shape.SPHERE, GREEN, (0.1, 0.1, 0.1), place))
-            if name in self.positions:
-                error = (self.positions[name], place)
-                found.append(Marker("errors", number, Shape.LINE_LIST, RED, (0.02, 0.0, 0.0), points=error))
-        return found
-
-    def _places(self, now: int) -> dict[str, Vector]:
-        """Return the places of the followers that fly a formation: the leader's position and the offset."""
-        found, swarm = {}, self._plan.swarm
+    def _at_places(self, now: int) -> list[Marker]:
+        """Return the place of each follower that flies a formation, and the error from the drone to it."""
+        found, swarm = [], self._plan.swarm
         leader = self.positions.get(uav(swarm.sole_leader)) if swarm.sole_leader is not None else None
-        for number in swarm.followers:
-            status = self._statuses.get(self._plan.pilot[number])
-            if status is not None and status.report.phase == Phase.FORMATION:
-                place = self._known.place(number, status.report, leader, now)
-                if place is not None:
-                    found[uav(number)] = place
+        for number, drone in enumerate(swarm.followers):
+            status = self._statuses.get(self._plan.pilot[drone])
+            if status is None or status.report.phase != Phase.FORMATION:
+                continue
+            place = self._known.place(drone, status.report, leader, now)
+            if place is None:
+                continue
+            found.append(Marker("places", number, Shape.SPHERE, GREEN, (0.1, 0.1, 0.1), place))
+            if uav(drone) in self.positions:
+                error = (self.positions[uav(drone)], place)
+                found.append(Marker("errors", number, Shape.LINE_LIST, RED, (0.02, 0.0, 0.0), points=error))
         return found
 
     def _fence(self) -> tuple[Marker, ...]:

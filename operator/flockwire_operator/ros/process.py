@@ -8,7 +8,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-import secrets
 
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.stepping import StepCounts
@@ -27,8 +26,7 @@ from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import counted
 
 from flockwire_operator.ros.core import PERIOD, RosCore
-from flockwire_operator.ros.mirror import Mirror
-from flockwire_operator.ros.outgoing import Outgoing
+from flockwire_operator.ros.mirror import Mirror, Outgoing
 from flockwire_operator.ros.topics import Names, Topic, all_topics
 from flockwire_operator.station.operator import Operator
 
@@ -40,7 +38,7 @@ class RosProcess:
 
     def __init__(self, plan: Plan, identity: str, session: Session, refusals: Refusals) -> None:
         self._plan, self._log, self._counts = plan, logging.getLogger(identity), StepCounts()
-        self.core = RosCore(plan, lambda: secrets.randbits(31))
+        self.core = RosCore(plan)
         self._operator = Operator(plan, session, identity, self.core.operator, self.core)
         self._status = status_publisher(plan, identity, session, refusals, self._operator.clock.timekeeping)
         self._node: RosNode | None = None

@@ -17,8 +17,7 @@ from flockwire_core.wire.plan import Plan
 from flockwire_recorder.records import WholeRecords, messages
 
 from flockwire_operator.ros.core import PERIOD
-from flockwire_operator.ros.mirror import Mirror, Publication
-from flockwire_operator.ros.outgoing import Outgoing
+from flockwire_operator.ros.mirror import Mirror, Outgoing, Publication
 from flockwire_operator.ros.process import place_of, remedy
 from flockwire_operator.ros.topics import SIM_CLOCK, all_topics
 

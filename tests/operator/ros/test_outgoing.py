@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flockwire_operator.ros.outgoing import MOST_WAITING, OVERHEAD, PORTION, Outgoing
+from flockwire_operator.ros.mirror import MOST_WAITING, OVERHEAD, PORTION, Outgoing
 from flockwire_operator.ros.topics import TF
 
 
