@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
-from flockwire_core.domain.quaternion import LEVEL, Quaternion
+from flockwire_core.domain.quaternion import LEVEL
 from flockwire_core.domain.vector import ZERO, Vector
 from flockwire_core.wire.cdr import Writer
 
@@ -32,7 +32,6 @@ class Marker(NamedTuple):
     colour: Colour
     scale: Vector
     position: Vector = ZERO
-    orientation: Quaternion = LEVEL
     points: tuple[Vector, ...] = ()
     text: str = ""
 
@@ -42,30 +41,26 @@ def marker_array(stamp: int, frame: str, markers: Sequence[Marker], lifetime: fl
     writer = Writer()
     writer.length(len(markers))
     for marker in markers:
-        _write(writer, stamp, frame, marker, lifetime)
+        writer.time(stamp)
+        writer.text(frame)
+        writer.text(marker.group)
+        writer.put_all("i", marker.number, marker.shape, 0)  # added or changed
+        writer.put_all("d", *marker.position, *LEVEL, *marker.scale)
+        writer.put_all("f", *marker.colour)
+        writer.put_all("i", int(lifetime), int(lifetime % 1.0 * 1e9))
+        writer.byte(0)  # not locked to its frame
+        writer.length(len(marker.points))
+        if marker.points:
+            writer.put_all("d", *(x for point in marker.points for x in point))
+        writer.length(0)  # colours of points
+        writer.text("")  # texture
+        writer.time(0)
+        for text in ("", ""):  # the texture's frame and format
+            writer.text(text)
+        for _ in range(2):  # the texture's data, and its coordinates
+            writer.length(0)
+        for text in (marker.text, "", ""):  # text, mesh, and the file of the mesh
+            writer.text(text)
+        writer.length(0)  # its data
+        writer.byte(0)
     return writer.finish()
-
-
-def _write(writer: Writer, stamp: int, frame: str, marker: Marker, lifetime: float) -> None:
-    writer.time(stamp)
-    writer.text(frame)
-    writer.text(marker.group)
-    writer.put_all("i", marker.number, marker.shape, 0)  # added or changed
-    writer.put_all("d", *marker.position, *marker.orientation, *marker.scale)
-    writer.put_all("f", *marker.colour)
-    writer.put_all("i", int(lifetime), int(lifetime % 1.0 * 1e9))
-    writer.byte(0)  # not locked to its frame
-    writer.length(len(marker.points))
-    if marker.points:
-        writer.put_all("d", *(x for point in marker.points for x in point))
-    writer.length(0)  # colours of points
-    writer.text("")  # texture
-    writer.time(0)
-    for text in ("", ""):  # the texture's frame and format
-        writer.text(text)
-    for _ in range(2):  # the texture's data, and its coordinates
-        writer.length(0)
-    for text in (marker.text, "", ""):  # text, mesh, and the file of the mesh
-        writer.text(text)
-    writer.length(0)  # its data
-    writer.byte(0)

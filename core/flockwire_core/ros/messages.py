@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 from flockwire_core.domain.quaternion import Quaternion
@@ -13,6 +13,7 @@ from flockwire_core.wire.cdr import HEADER, MessageError, Reader, Writer, begun
 OK, WARN, ERROR, STALE = 0, 1, 2, 3  # levels of a diagnostic status
 UNKNOWN: Final = float("nan")
 DISCHARGING, LITHIUM_POLYMER = 2, 3  # sensor_msgs/BatteryState
+POSE_TYPES: Final = (POSE, TRANSFORM, POSES, NAMED_POSES, TRANSFORMS)
 UNKNOWN_COVARIANCE: Final = (0.0,) * 36  # by the message's convention
 
 
@@ -125,47 +126,18 @@ def check_empty(data: bytes) -> None:
 
 
 def read_poses(ros_type: str, data: bytes) -> list[NamedPose]:
-    """Return the bodies in a message of one of the types of poses (`POSE_READERS`); raises MessageError."""
-    reader = Reader(data)
-    found = POSE_READERS[ros_type](reader)
+    """Return the bodies in a message of one of the types of poses (`POSE_TYPES`); raises MessageError."""
+    reader, found = Reader(data), list[NamedPose]()
+    many, named = ros_type in (POSES, NAMED_POSES), ros_type not in (POSE, POSES)
+    for _ in range(reader.length() if ros_type == TRANSFORMS else 1):
+        stamp, frame = reader.time(), reader.text()
+        for _ in range(reader.length() if many else 1):
+            name = reader.text() if named else ""
+            x, y, z, qx, qy, qz, qw = reader.take_all("d", 7)
+            name = name if many else name.removeprefix("/")  # of a frame, as early tf has it
+            found.append(NamedPose(stamp, name, (x, y, z), (qx, qy, qz, qw), frame))
     reader.end()
     return found
-
-
-def _one_pose(reader: Reader) -> list[NamedPose]:
-    return [_pose(reader, reader.time(), reader.text())]
-
-
-def _poses(reader: Reader) -> list[NamedPose]:
-    stamp, frame = reader.time(), reader.text()
-    return [_pose(reader, stamp, frame) for _ in range(reader.length())]
-
-
-def _named_poses(reader: Reader) -> list[NamedPose]:
-    stamp, frame = reader.time(), reader.text()
-    return [_pose(reader, stamp, frame, reader.text()) for _ in range(reader.length())]
-
-
-def _one_transform(reader: Reader) -> list[NamedPose]:
-    return [_pose(reader, reader.time(), reader.text(), reader.text().removeprefix("/"))]
-
-
-def _transforms_in(reader: Reader) -> list[NamedPose]:
-    return [one for _ in range(reader.length()) for one in _one_transform(reader)]
-
-
-def _pose(reader: Reader, stamp: int, frame: str, name: str = "") -> NamedPose:
-    x, y, z, qx, qy, qz, qw = reader.take_all("d", 7)
-    return NamedPose(stamp, name, (x, y, z), (qx, qy, qz, qw), frame)
-
-
-POSE_READERS: Mapping[str, Callable[[Reader], list[NamedPose]]] = {
-    POSE: _one_pose,
-    TRANSFORM: _one_transform,
-    POSES: _poses,
-    NAMED_POSES: _named_poses,
-    TRANSFORMS: _transforms_in,
-}
 
 
 def _write_diagnostic(writer: Writer, status: DiagnosticStatus) -> None:

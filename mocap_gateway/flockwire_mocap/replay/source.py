@@ -12,7 +12,7 @@ from struct import error as StructError  # noqa: N812
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.cores import Start
 from flockwire_core.ros import messages
-from flockwire_core.ros.messages import POSE_READERS, NamedPose
+from flockwire_core.ros.messages import POSE_TYPES, NamedPose
 from flockwire_core.swarm.gateway import Replay
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.reading import stat_file
@@ -134,7 +134,7 @@ def _poses_in(path: Path, names: BodyNames, others: dict[str, None], times: Time
         reader = NonSeekingReader(file, validate_crcs=True)
         for schema, channel, record in reader.iter_messages(log_time_order=False):
             kind = schema.name if schema is not None else ""
-            if kind not in POSE_READERS:
+            if kind not in POSE_TYPES:
                 continue
             if not names.matches(channel.topic, kind):
                 others[channel.topic] = None
