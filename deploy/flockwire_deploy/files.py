@@ -10,6 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path, PurePosixPath
 
 from cryptography import x509
+from flockwire_core.loading import framed_tables, load_table
 from flockwire_core.security.credentials import common_name
 from flockwire_core.security.files import in_use
 from flockwire_core.security.pki import authority_name
@@ -35,7 +36,7 @@ def template(name: str) -> Template:
 
 def write_swarm(swarm: Swarm, file: Path, folder: Path, law: bool = True) -> None:
     """Copy the swarm file, the files that it names, and an own `law`, into `folder`. Raises InputError."""
-    named = dict(_named(swarm))
+    named = dict(_named(swarm, file))
     for key, name in named.items():
         path = PurePosixPath(name)
         if path.is_absolute() or ".." in path.parts or not (file.parent / path).is_file():
@@ -171,18 +172,12 @@ def write(path: Path, content: str | bytes, mode: int = 0o644) -> None:
     path.chmod(mode)
 
 
-def _named(swarm: Swarm) -> Iterator[tuple[str, str]]:
+def _named(swarm: Swarm, file: Path) -> Iterator[tuple[str, str]]:
     """Yield the keys of the swarm file that name files, with the paths from its folder."""
     if (law := law_file(swarm)) is not None:
         module = swarm.control.law.rpartition(":")[0]
         yield "control.law", module if module.endswith(".py") else law.relative_to(swarm.folder).as_posix()
-    formations = {f"formations.{name}": each for name, each in swarm.formations.items()}
-    leading = {f"{swarm.leader.key(i)}.trajectory": leader.trajectory for i, leader in swarm.leading.items()}
-    airframes = {f"airframes.{name}": each for name, each in swarm.airframes.items()}
-    tables = {"formation": swarm.formation, **formations, **leading, **airframes}
-    for key, table in tables.items():
-        name = getattr(table, "file", None)
-        if name is not None:
-            yield f"{key}.file", name
+    for key, table in framed_tables(load_table(file)):
+        yield f"{key}.file", str(table["file"])
     if swarm.gateway.source == "replay":
         yield "gateway.replay.trace", swarm.gateway.replay.trace
