@@ -27,11 +27,6 @@ class Folders(NamedTuple):
     configuration: str
     state: str  # below /var/lib
 
-    @property
-    def paths(self) -> FilePaths:
-        """The file paths of a process."""
-        return FilePaths(f"{self.configuration}/swarm/swarm.toml", CREDENTIALS, f"/var/lib/{self.state}")
-
 
 def folders(plan: Plan) -> Folders:
     """Return the folders of the swarm on its hosts."""
@@ -48,13 +43,14 @@ def target_name(plan: Plan) -> str:
 def units(plan: Plan, host: str, program: str = "") -> dict[str, str]:
     """Return the text of each unit of `host`, by its name; `program` is the folder of another installation."""
     here, where = plan.processes_on(host), folders(plan)
+    paths = FilePaths(f"{where.configuration}/swarm/swarm.toml", CREDENTIALS, f"/var/lib/{where.state}")
     names = {identity: f"flockwire-{plan.swarm.name}-{identity}.service" for identity in here}
     service, target = template("process.service.j2"), template("swarm.target.j2")
     found = {
         names[identity]: service.render(
             swarm=plan.swarm.name,
             identity=identity,
-            line=[f"{program or where.program}/bin/flockwire", *arguments(plan, identity, where.paths, dated=True)],
+            line=[f"{program or where.program}/bin/flockwire", *arguments(plan, identity, paths, dated=True)],
             after=[names[other] for other in here if _outlasts(plan, other, identity)],
             target=target_name(plan),
             keys=key_files(plan, identity),

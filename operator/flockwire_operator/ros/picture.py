@@ -7,7 +7,7 @@ from itertools import pairwise
 
 from flockwire_core.domain.vector import Vector, add
 from flockwire_core.pilot.off_place import shown_phase
-from flockwire_core.ros.markers import Colour, Marker, Shape, marker_array
+from flockwire_core.ros.messages import Colour, Marker, Shape, marker_array
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.plan import Plan

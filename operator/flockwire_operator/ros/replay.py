@@ -9,7 +9,7 @@ from pathlib import Path
 from flockwire_core import clock
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ros.messages import clock_reading
-from flockwire_core.runtime.ros_node import RosNode, join
+from flockwire_core.runtime.ros_node import join
 from flockwire_core.trace_files import parts
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key
@@ -75,18 +75,15 @@ async def _play(plan: Plan, replay: Replay, pace: float) -> None:
     waits = remedy(plan.swarm)
     ended = asyncio.Event()
     node = await join(place_of(plan.swarm, NAME), ended, lambda why: print(f"flockwire: {waits} ({why})", flush=True))
-    if node is not None:
-        with node:
-            await _publish(plan, replay, pace, node)
-
-
-async def _publish(plan: Plan, replay: Replay, pace: float, node: RosNode) -> None:
-    outputs = {topic: node.publisher(*topic) for topic in (*all_topics(plan), SIM_CLOCK)}
-    begun = due = clock.monotonic()
-    outgoing = Outgoing()
-    while not replay.over or len(outgoing):
-        outgoing.add(replay.until(replay.begin + round((clock.monotonic() - begun) * pace)))
-        for topic, payload in outgoing.take():
-            outputs[topic].publish(payload)
-        due = max(due + nanoseconds(PERIOD), clock.monotonic())
-        await asyncio.sleep((due - clock.monotonic()) / SECOND)
+    if node is None:
+        return
+    with node:
+        outputs = {topic: node.publisher(*topic) for topic in (*all_topics(plan), SIM_CLOCK)}
+        begun = due = clock.monotonic()
+        outgoing = Outgoing()
+        while not replay.over or len(outgoing):
+            outgoing.add(replay.until(replay.begin + round((clock.monotonic() - begun) * pace)))
+            for topic, payload in outgoing.take():
+                outputs[topic].publish(payload)
+            due = max(due + nanoseconds(PERIOD), clock.monotonic())
+            await asyncio.sleep((due - clock.monotonic()) / SECOND)

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from flockwire_core.ros import definitions, messages
 from flockwire_core.ros.definitions import HASHES, TRIGGER
-from flockwire_core.ros.markers import Marker, Shape, marker_array
+from flockwire_core.ros.messages import Marker, Shape, marker_array
 from flockwire_core.wire.cdr import MessageError
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
