@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 from flockwire_core.trace_files import parts
@@ -14,25 +13,17 @@ from flockwire_recorder.records import WholeRecords, publisher_of
 from flockwire_recorder.trace import COUNT_BITS, METADATA, PUBLISHER, about_publisher
 
 
-@dataclass(frozen=True, slots=True)
-class Recovered:
-    """The result of `recover`: `messages` copied, `lost_bytes`, and whether the trace was `closed`."""
-
-    messages: int
-    lost_bytes: int
-    closed: bool
-
-
-def recover(trace: Path, out: Path) -> Recovered:
+def recover(trace: Path, out: Path) -> int:
     """Copy every complete record of the MCAP file `trace` and its further parts to the new file `out`, with an index.
 
-    Payloads, times, sequence numbers, schemas, channels and the first part's metadata are kept. Raises ValueError when
-    `trace` is no MCAP file or `out` is the same file, OSError when one cannot be read or written.
+    Returns the number of messages. Payloads, times, sequence numbers, schemas, channels and the first part's metadata
+    are kept. Raises ValueError when `trace` is no MCAP file or `out` is the same file, OSError when one cannot be read
+    or written.
     """
     if out.exists() and out.samefile(trace):
         raise ValueError(f"{out}: is the trace itself; recover into another file")
-    files = [WholeRecords(part) for part in parts(trace)]
-    walk = iter(files[0])
+    first_part, *others = map(WholeRecords, parts(trace))
+    walk = iter(first_part)
     first = next(walk, None)
     with out.open("wb") as stream:
         writer = Writer(stream, compression=CompressionType.ZSTD)
@@ -40,10 +31,10 @@ def recover(trace: Path, out: Path) -> Recovered:
         writer.start(header.profile, header.library)
         numbers: dict[str, dict[str, int]] = {}
         messages = _copy(writer, walk, numbers)
-        for records in files[1:]:  # the metadata are those of the first part
+        for records in others:  # the metadata are those of the first part
             messages += _copy(writer, (one for one in records if not _describes(one)), numbers)
         writer.finish()  # type: ignore[no-untyped-call]
-    return Recovered(messages, sum(records.lost_bytes for records in files), all(records.closed for records in files))
+    return messages
 
 
 def _describes(record: McapRecord) -> bool:

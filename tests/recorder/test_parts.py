@@ -15,7 +15,7 @@ from flockwire_core.domain.pose import Pose
 from flockwire_core.trace_files import next_part, parts
 from flockwire_core.wire.codec import encode
 from flockwire_recorder.folders import SAME_FLIGHT, same_flight
-from flockwire_recorder.recover import Recovered, recover
+from flockwire_recorder.recover import recover
 from flockwire_recorder.trace import TraceWriter, describe
 from mcap.reader import make_reader
 from ports import free_ports
@@ -75,8 +75,9 @@ def test_all_parts_are_recovered_into_one(tmp_path, swarm_of):
     write(tmp_path / "trace-2.mcap", swarm_of(), range(110, 200))
     whole = tmp_path / "whole" / "trace.mcap"
     whole.parent.mkdir()
-    assert recover(tmp_path / "trace.mcap", whole) == Recovered(190, 0, closed=False)
-    trace = read_trace(whole)
+    assert recover(tmp_path / "trace.mcap", whole) == 190
+    before, trace = read_trace(tmp_path / "trace.mcap"), read_trace(whole)
+    assert (before.lost_bytes, before.closed) == (0, False)
     assert (trace.recorded, trace.lost, trace.closed) == (190, 10, True)
     with whole.open("rb") as stream:
         assert [one.name for one in make_reader(stream).iter_metadata()] == ["flockwire", "publisher"]
@@ -142,7 +143,8 @@ def test_a_process_that_restarted_while_nothing_was_recorded_is_another_publishe
             payload = encode(Pose(T0 + k, "world", (0.0, 0.0, 1.0)))
             writer.write("/paper/uav1/pose", POSE, publisher * 16, k, T0 + k, T0 + k, payload)
         writer.close()
-    assert recover(tmp_path / "trace.mcap", tmp_path / "whole.mcap") == Recovered(20, 0, True)
+    assert recover(tmp_path / "trace.mcap", tmp_path / "whole.mcap") == 20
     for path in ("trace.mcap", "whole.mcap"):
         trace = read_trace(tmp_path / path)
+        assert (trace.lost_bytes, trace.closed) == (0, True)
         assert (trace.recorded, trace.lost) == (20, 0)

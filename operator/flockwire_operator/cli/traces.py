@@ -87,8 +87,8 @@ def recover(
     target = out or trace.with_name(f"{trace.stem}-recovered.mcap")
     if target.exists():
         refuse(f"--out = {target}: exists; name a new file")
-    found = _trace(target, lambda: make_whole(trace, target))
-    print(f"flockwire: {found.messages} messages recovered into {target}")
+    messages = _trace(target, lambda: make_whole(trace, target))
+    print(f"flockwire: {messages} messages recovered into {target}")
 
 
 @app.command()
