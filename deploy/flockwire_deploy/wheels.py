@@ -34,6 +34,10 @@ class Wheel(NamedTuple):
     file: Path
     digest: str
 
+    def fits(self, architecture: str, python: str) -> bool:
+        """Return whether it can be installed on that machine."""
+        return architecture in self.architectures and not self.pythons.isdisjoint({python, ANY})
+
 
 class Wheels(NamedTuple):
     """All wheels of a folder."""
@@ -43,12 +47,13 @@ class Wheels(NamedTuple):
     @property
     def machines(self) -> tuple[str, ...]:
         """The machines with a wheel of every package: architecture and Python as x86_64/3.11, or x86_64/* for any."""
+        packages = {wheel.name for wheel in self.wheels}
         bound = {tag for wheel in self.wheels for tag in wheel.pythons} - {ANY} or {ANY}
         return tuple(
             f"{arch}/{tag if tag == ANY else f'{tag[2]}.{tag[3:]}'}"
             for arch in ARCHITECTURES
             for tag in sorted(bound)
-            if self._complete(arch, tag)
+            if packages == {wheel.name for wheel in self.wheels if wheel.fits(arch, tag)}
         )
 
     def requirements(self) -> str:
@@ -75,15 +80,6 @@ class Wheels(NamedTuple):
         top = module.partition(".")[0]
         names = (name for wheel in self.wheels for name in _archive(wheel.file).namelist())
         return any(name.partition("/")[0] in (top, f"{top}.py") for name in names)
-
-    def _complete(self, architecture: str, python: str) -> bool:
-        """Return whether every package has a wheel for that machine."""
-        fitting = {
-            wheel.name
-            for wheel in self.wheels
-            if architecture in wheel.architectures and not wheel.pythons.isdisjoint({python, ANY})
-        }
-        return fitting == {wheel.name for wheel in self.wheels}
 
 
 def read_wheels(folder: Path) -> Wheels:

@@ -109,14 +109,11 @@ def sim(
     wrong = faults_of(faults, plan, partial(unable, plan))
     absent = left_out(plan, without)
     _predict(loaded, duration, verbose)
+    if no_trace and out is not None:
+        refuse(f"--out = {out}: with --no-trace nothing is written")
+    folder = None if no_trace else trace_folder(out, f"{loaded.name}-sim-{seed}")
     flight = Flight(loaded, seed, duration, wrong, absent)
-    if no_trace:
-        if out is not None:
-            refuse(f"--out = {out}: with --no-trace nothing is written")
-        raise typer.Exit(simulate(flight, verbose))
-    folder = trace_folder(out, f"{loaded.name}-sim-{seed}")
     with refused(folder):
-        folder.mkdir(parents=True, exist_ok=True)
         raise typer.Exit(simulate(flight, verbose, folder, swarm.read_text(encoding="utf-8")))
 
 
@@ -131,6 +128,8 @@ def simulate(flight: Flight, verbose: bool, out: Path | None = None, toml: str =
     from flockwire_operator.cli.verdict import conclude, print_figures, verdict  # noqa: PLC0415
     from flockwire_operator.station.terminal.progress import progress  # noqa: PLC0415
 
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
     into = "" if out is None else f", into {out}"
     print(f"flockwire: {flight.swarm.name} in virtual time, seed {flight.seed}{into}", flush=True)
     began = clock.cpu_time()
