@@ -16,24 +16,18 @@ from flockwire_core.wire import codec as wire
 from flockwire_core.wire.cdr import MessageError
 from flockwire_core.wire.keys import ROWS, Key
 from flockwire_core.wire.plan import Plan
-from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Chunk, Header, McapRecord, Message, Metadata, Schema
-from mcap.stream_reader import breakup_chunk
+from mcap.records import Channel, Chunk, McapRecord, Message, Metadata
+from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import MCAP0_MAGIC
 
 from flockwire_recorder.trace import COUNT_BITS, PUBLISHER
 
 _HEAD = struct.Struct("<BQ")  # opcode, length of what follows
-_READERS = {
-    Opcode.HEADER: Header.read,
-    Opcode.SCHEMA: Schema.read,
-    Opcode.CHANNEL: Channel.read,
-    Opcode.CHUNK: Chunk.read,
-    Opcode.ATTACHMENT: Attachment.read,
-    Opcode.METADATA: Metadata.read,
-}
+_READ = (  # what is not read tells of the others
+    Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK, Opcode.ATTACHMENT, Opcode.METADATA,
+)  # fmt: skip
 RETIRED = "/bids"  # topics of earlier traces: statuses tell the same
 LARGEST_CHUNK = 64 << 20  # bytes without compression: a small file may claim any size
 _DAMAGE = (McapError, ValueError, struct.error, zlib.error, zstandard.ZstdError)
@@ -63,29 +57,27 @@ class WholeRecords:
     def _records(self, stream: BinaryIO, size: int) -> Iterator[McapRecord]:
         while size - stream.tell() >= _HEAD.size:
             begin = stream.tell()
-            opcode, length = _HEAD.unpack(stream.read(_HEAD.size))
+            head = stream.read(_HEAD.size)
+            opcode, length = _HEAD.unpack(head)
             if opcode == 0 or length > size - stream.tell():
                 self.lost_bytes += size - begin
                 return
-            body = stream.read(length)
+            record = head + stream.read(length)
             if opcode in (Opcode.DATA_END, Opcode.FOOTER):
                 self.closed = True
                 return
             try:
-                yield from _parsed(opcode, body)
+                yield from _parsed(record)
             except _DAMAGE:
-                self.lost_bytes += _HEAD.size + length
+                self.lost_bytes += len(record)
         self.lost_bytes += size - stream.tell()
 
 
-def _parsed(opcode: int, body: bytes) -> list[McapRecord]:
-    data = ReadDataStream(BytesIO(body))
-    if opcode == Opcode.MESSAGE:
-        return [Message.read(data, len(body))]
-    if opcode not in _READERS:
+def _parsed(record: bytes) -> list[McapRecord]:
+    if record[0] not in _READ:
         return []
-    record = _READERS[Opcode(opcode)](data)
-    return breakup_chunk(_inflated(record), validate_crc=True) if isinstance(record, Chunk) else [record]
+    found = next(StreamReader(BytesIO(record), skip_magic=True, emit_chunks=True).records)
+    return breakup_chunk(_inflated(found), validate_crc=True) if isinstance(found, Chunk) else [found]
 
 
 def _inflated(chunk: Chunk) -> Chunk:
