@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Iterator
 from importlib.metadata import version
 from importlib.resources import files
+from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
@@ -51,8 +52,7 @@ class Wheels(NamedTuple):
         bound = {tag for wheel in self.wheels for tag in wheel.pythons} - {ANY} or {ANY}
         return tuple(
             f"{arch}/{tag if tag == ANY else f'{tag[2]}.{tag[3:]}'}"
-            for arch in ARCHITECTURES
-            for tag in sorted(bound)
+            for arch, tag in product(ARCHITECTURES, sorted(bound))
             if packages == {wheel.name for wheel in self.wheels if wheel.fits(arch, tag)}
         )
 
