@@ -22,7 +22,6 @@ TOKENS = "@ros2_lv"
 NODE, NODE_PARTS, END_PARTS = "NN", 9, 13  # of a token: the kind of a node, parts of a node's and of an end's
 _DOMAIN = re.compile("[0-9]{1,3}")
 _TOKEN = re.compile(r"[\w@/%:,.~-]+", re.ASCII)  # what names, types and qualities of service have
-LATCHED_DEPTH = 1
 
 
 class EndKind(StrEnum):
@@ -48,7 +47,7 @@ class Qos(NamedTuple):
 
 
 DEFAULT = Qos()
-LATCHED = Qos(latched=True, depth=LATCHED_DEPTH)
+LATCHED = Qos(latched=True, depth=1)
 
 
 class Node(NamedTuple):
@@ -63,7 +62,7 @@ class Node(NamedTuple):
     @property
     def token(self) -> str:
         """The token by which others see the node."""
-        return f"{self._head(self.number, NODE)}"
+        return self._head(self.number, NODE)
 
     def end(self, number: int, kind: EndKind, name: str, ros_type: str, qos: Qos = DEFAULT) -> str:
         """Return the token of the end `number` of the topic or service `name`, an absolute name."""

@@ -34,7 +34,9 @@ def refuse(reason: str, status: int = 2) -> NoReturn:
 
 
 @contextmanager
-def refused(out: Path | None = None, cannot: str = "", bad: type[ValueError] = InputError) -> Iterator[None]:
+def refused(
+    out: Path | None = None, cannot: str = "", bad: type[Exception] | tuple[type[Exception], ...] = InputError
+) -> Iterator[None]:
     """Refuse a `bad` input, and at an OSError the folder `out`, or with what `cannot` be done, if there is one of them.
 
     An OSError that is not the system's (a port in use) has its own sentence.

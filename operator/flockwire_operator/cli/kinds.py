@@ -140,12 +140,8 @@ def _alone(row: Process, plan: Plan, protocol: str) -> int:
     """Run a process without its swarm."""
     if protocol not in plan.swarm.gateway.twins:
         refuse(f"--protocol = {protocol!r}: must be one of {', '.join(plan.swarm.gateway.twins)}")
-    try:
+    with suppress(KeyboardInterrupt), refused(bad=OSError):
         load_object(row.standalone)(plan.swarm, protocol)
-    except OSError as error:
-        refuse(str(error))
-    except KeyboardInterrupt:
-        pass
     return 0
 
 
@@ -164,13 +160,12 @@ def _replayed(row: Process, plan: Plan, trace: Path, pace: float) -> int:
     """Show a trace, until it is interrupted."""
     _identity(plan, row, None)
     try:
-        load_object(row.replay)(plan, trace, pace)
+        with suppress(KeyboardInterrupt):
+            load_object(row.replay)(plan, trace, pace)
     except ValueError as error:
         refuse(f"--trace = {error}")
     except OSError as error:
         refuse(f"--trace = {trace}: cannot read it: {error.strerror or error}")
-    except KeyboardInterrupt:
-        pass
     return 0
 
 

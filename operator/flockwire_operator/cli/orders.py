@@ -138,21 +138,17 @@ def keys(
     plan = load(swarm)
     folder = keys_folder(swarm, plan, out)
     if rotate and plan.swarm.network.security == "mtls":
-        _refuse_in_flight(plan, folder)
+        from flockwire_operator.station.watching import flying  # noqa: PLC0415  (zenoh)
+
+        # Drones may fly with them on other hosts; on this host, making keys checks it.
+        if names := asyncio.run(flying(plan, folder)):
+            refuse(
+                f"--rotate: {', '.join(names)} may be in the air with the keys in {folder}: no order, not even a stop, "
+                "would reach them with new ones; land first"
+            )
     with refused():
         made = renew_keys(plan, folder, rotate)
     print(f"flockwire: {folder}: {', '.join(made) + ' made' if made else 'all good, nothing to do'}")
-
-
-def _refuse_in_flight(plan: Plan, folder: Path) -> None:
-    """Refuse to replace keys with which drones fly on other hosts; on this host, making keys checks it."""
-    from flockwire_operator.station.watching import flying  # noqa: PLC0415  (zenoh)
-
-    if names := asyncio.run(flying(plan, folder)):
-        refuse(
-            f"--rotate: {', '.join(names)} may be in the air with the keys in {folder}: no order, not even a stop, "
-            "would reach them with new ones; land first"
-        )
 
 
 def _known(plan: Plan, argument: str, formation: str) -> None:

@@ -81,10 +81,8 @@ def align(
 def _listen(plan: Plan, seconds: float) -> tuple[Inspection, SourceState]:
     from flockwire_mocap.survey.inspection import listen  # noqa: PLC0415
 
-    try:
+    with refused(bad=(OSError, ValueError)):
         return asyncio.run(listen(plan, seconds))
-    except (OSError, ValueError) as error:
-        refuse(str(error))
 
 
 def _line(row: BodyFigures) -> str:
