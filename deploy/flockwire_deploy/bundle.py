@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 import tarfile
-from collections.abc import Iterator
 from hashlib import sha256
 from pathlib import Path
 from typing import NamedTuple
@@ -113,18 +112,24 @@ def _write_host(plan: Plan, host: str, folder: Path, swarm_file: Path, keys: Pat
         host=host, swarm=plan.swarm.name, folders=folders(plan), target=target_name(plan), wheels=wheels
     )
     write(folder / "install.sh", script, 0o755)
-    sums = (f"{sha256((folder / name).read_bytes()).hexdigest()}  {name}\n" for name in sorted(_files(folder)))
+    files = (path for path in sorted(folder.rglob("*"), key=str) if path.is_file() and path != folder / SUMS)
+    sums = (f"{sha256(path.read_bytes()).hexdigest()}  {path.relative_to(folder)}\n" for path in files)
     write(folder / SUMS, "".join(sums))
 
 
 def _write_playbook(plan: Plan, out: Path) -> None:
     """Write the files of `--target ansible`: inventory.yaml and playbook.yaml.
 
-    They are beside the bundles in `out`, each of which becomes one file to copy.
+    They are beside the bundles in `out`, each of which becomes one file to copy. Only its owner may read it, because it
+    has private keys.
     """
     hosts = {name: host.address for name, host in plan.swarm.hosts.items()}
     for host in hosts:
-        _pack(out / host, packed(out / host))
+        file = packed(out / host)
+        file.unlink(missing_ok=True)  # others may be able to read an older one
+        descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+        with os.fdopen(descriptor, "wb") as stream, tarfile.open(fileobj=stream, mode="w") as archive:
+            archive.add(out / host, arcname=".")
     write(out / "inventory.yaml", template("inventory.yaml.j2").render(swarm=plan.swarm.name, hosts=hosts))
     write(out / "playbook.yaml", template("playbook.yaml.j2").render(swarm=plan.swarm.name))
 
@@ -132,19 +137,3 @@ def _write_playbook(plan: Plan, out: Path) -> None:
 def packed(folder: Path) -> Path:
     """Return the tar file of a bundle."""
     return folder.with_name(f"{folder.name}.tar")
-
-
-def _pack(folder: Path, file: Path) -> None:
-    """Pack `folder` into `file`, which only its owner may read, because it has private keys."""
-    file.unlink(missing_ok=True)  # others may be able to read an older one
-    descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-    with os.fdopen(descriptor, "wb") as stream, tarfile.open(fileobj=stream, mode="w") as archive:
-        archive.add(folder, arcname=".")
-
-
-def _files(folder: Path) -> Iterator[str]:
-    """Yield the files of a bundle, by their paths in it."""
-    for path in folder.rglob("*"):
-        name = str(path.relative_to(folder))
-        if path.is_file() and name != SUMS:
-            yield name

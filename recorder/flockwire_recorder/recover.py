@@ -32,13 +32,10 @@ def recover(trace: Path, out: Path) -> int:
         numbers: dict[str, dict[str, int]] = {}
         messages = _copy(writer, walk, numbers)
         for records in others:  # the metadata are those of the first part
-            messages += _copy(writer, (one for one in records if not _describes(one)), numbers)
+            rest = (one for one in records if not (isinstance(one, Metadata) and one.name == METADATA))
+            messages += _copy(writer, rest, numbers)
         writer.finish()  # type: ignore[no-untyped-call]
     return messages
-
-
-def _describes(record: McapRecord) -> bool:
-    return isinstance(record, Metadata) and record.name == METADATA
 
 
 def _copy(writer: Writer, records: Iterator[McapRecord], numbers: dict[str, dict[str, int]]) -> int:
