@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from argparse import SUPPRESS, Action
 from collections.abc import Iterator
+from itertools import chain
 from typing import Any, NamedTuple
 
 import typer
 from flockwire_operator.cli.kinds import KINDS, parser_of
-from flockwire_operator.cli.main import app
+from flockwire_operator.cli.main import SECTIONS, app
 
 HEAD = """# Command line
 
@@ -39,7 +40,7 @@ class Command(NamedTuple):
 def commands() -> Iterator[Command]:
     """Yield every command, in the order of `flockwire --help`."""
     group: Any = typer.main.get_command(app)
-    for name in group.list_commands(None):
+    for name in chain(*SECTIONS.values()):
         command = group.commands[name]
         if name in KINDS:
             actions = parser_of(KINDS[name])._actions

@@ -106,8 +106,7 @@ def battery(stamp: int, frame: str, share: float) -> bytes:
     writer = begun(stamp, frame)
     writer.put_all("f", *[UNKNOWN] * 6, share)
     writer.put_all("B", DISCHARGING, 0, LITHIUM_POLYMER, 1)
-    for _ in range(2):  # voltages and temperatures of cells
-        writer.length(0)
+    writer.put_all("I", 0, 0)  # voltages and temperatures of cells
     for text in ("", ""):  # location, serial number
         writer.text(text)
     return writer.finish()
@@ -165,8 +164,7 @@ def marker_array(stamp: int, frame: str, markers: Sequence[Marker], lifetime: fl
         writer.time(0)
         for text in ("", ""):  # the texture's frame and format
             writer.text(text)
-        for _ in range(2):  # the texture's data, and its coordinates
-            writer.length(0)
+        writer.put_all("I", 0, 0)  # the texture's data, and its coordinates
         for text in (marker.text, "", ""):  # text, mesh, and the file of the mesh
             writer.text(text)
         writer.length(0)  # its data

@@ -26,12 +26,7 @@ SECTIONS = {
 
 
 class SectionedGroup(TyperGroup):
-    """Lists the commands in SECTIONS."""
-
-    def list_commands(self, ctx: Any) -> list[str]:  # noqa: ANN401  (typer has no public type of it)
-        """Return the names of all commands, in the order of the help."""
-        known = super().list_commands(ctx)
-        return sorted(known, key=[name for names in SECTIONS.values() for name in names].index)
+    """Lists the commands in SECTIONS, which name each of them."""
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:  # noqa: ANN401  (as above)
         """Write a section for each kind of command."""
