@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import cast
 
-from flockwire_core.domain.airframe import Steer
 from flockwire_core.domain.motion import Motion
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
@@ -16,9 +15,9 @@ from flockwire_core.pilot.leadership import LeaderSign
 from flockwire_core.pilot.neighbourhood import LEADING_PHASES
 from flockwire_core.pilot.pilot import Pilot
 from flockwire_core.process.cores import Core, Start
-from flockwire_core.swarm.model import Swarm
+from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
-from flockwire_core.wire.keys import MISSION, Key
+from flockwire_core.wire.keys import MISSION, STEERING, Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import Report
 
@@ -46,6 +45,8 @@ class FlyingLeader:
         ahead = airframe.lag + airframe.dead_time  # s
         self._leads_stopping = pilot.filtered and (ahead > 0.0 or pilot.disturbance > 0.0)
         self._teleoperation = Teleoperation(swarm, number) if swarm.leading[number].steered else None
+        if self._teleoperation is not None:
+            self._pilot.handlers[Key(STEERING, uav(number))] = self._teleoperation.take
         self._lead, self._sign = LeadMessages(swarm, number, now), LeaderSign(swarm, number)
         self._motion = FlownMotion(airframe.lag)
         self._flown: Mission | None = None  # the order of the course
@@ -54,12 +55,7 @@ class FlyingLeader:
         """Receive a message."""
         if isinstance(message, Mission):
             self._pilot.flight.order(message, now)
-            return
-        if self._teleoperation is not None and isinstance(message, Steer):
-            self._teleoperation.take(message)
-            return
-        take = self._pilot.handlers.get(key)
-        if take is not None:
+        elif (take := self._pilot.handlers.get(key)) is not None:
             take(message)
 
     def step(self, now: int) -> list[tuple[Key, Message]]:
