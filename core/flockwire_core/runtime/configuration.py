@@ -6,13 +6,16 @@ Every process has the access rules of its own links; both ends of a link enforce
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 from flockwire_core.security.files import Credentials
 from flockwire_core.wire.plan import OPERATORS, Plan
 
 BURST = 16  # messages of one step in the queue before the next is dropped; 16 is the maximum
 LARGEST_MESSAGE = 65536  # bytes
+PATIENCE = 500  # ms for one attempt to reach the router
 SPARE_SESSIONS = 512  # besides one for each link: a holder of one drone's certificate must not exhaust them easily
 ACCEPT_TIME = {"tls": 1000, "quic": 4000}  # ms for each; a radio link loses some of its packets
 OPEN_TIME = 4000  # ms for each, about seven times the way to the other end; a frozen process delays an exit by as much
@@ -26,70 +29,68 @@ ONE_THREAD = (
 )
 ROUTING = "(rx: (worker_threads: 1), tx: (worker_threads: 1), app: (worker_threads: 1))"
 NO_DETOURS: Mapping[str, str] = MappingProxyType({})
-RETRY = {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5}
 
 
 def configuration(
-    plan: Plan, identity: str, credentials: Credentials | None, detours: Mapping[str, str] = NO_DETOURS
-) -> dict[str, object]:
+    plan: Plan,
+    identity: str,
+    credentials: Credentials | None,
+    detours: Mapping[str, str] = NO_DETOURS,
+    reserved: bool = False,
+) -> dict[str, Any]:
     """Return the Zenoh configuration of `identity`, by which it is linked to processes (an operator: to all).
 
     Without `credentials` nothing is encrypted, authenticated or refused. `detours` has other addresses to dial.
+    If it is `reserved`, only operators can use its sessions, because it trusts no other authority: a drone that is
+    taken over, with all its keys, can exhaust the others, but cannot block an emergency stop.
     """
-    dialled = [detours.get(other) or plan.dialled(identity, other) for other in plan.dials[identity]]
-    listening = (plan.endpoints[identity],) if identity in plan.endpoints else ()
-    tls = _tls(credentials) if credentials is not None else None
-    return _configuration(plan, identity, listening, dialled, tls)
-
-
-def reserved_configuration(plan: Plan, identity: str, credentials: Credentials) -> dict[str, object]:
-    """Return the Zenoh configuration of `identity` by which operators are linked to it.
-
-    Only operators can use its sessions, because it trusts no other authority: a drone that is taken over, with all its
-    keys, can exhaust the others, but cannot block an emergency stop.
-    """
-    tls = _tls(credentials) | {"root_ca_certificate": str(credentials.signed_by(OPERATORS))}
-    return _configuration(plan, identity, (plan.reserved[identity],), (), tls)
-
-
-def _configuration(
-    plan: Plan, identity: str, listening: tuple[str, ...], dialled: list[str] | tuple[()], tls: dict[str, object] | None
-) -> dict[str, object]:
     mode = "router" if identity in plan.routers else "client" if plan.routers else "peer"
-    link: dict[str, object] = {
-        "tx": {
-            "lease": 1000,
-            "keep_alive": 4,
-            "queue": {"size": {"real_time": BURST, "data_high": BURST, "background": BURST}},
-        },
-        "rx": {"max_message_size": LARGEST_MESSAGE},
+    listening = (plan.reserved if reserved else plan.endpoints).get(identity)
+    dialled = (
+        [] if reserved else [detours.get(other) or plan.dialled(identity, other) for other in plan.dials[identity]]
+    )
+    locators = [] if listening is None else [_bounded(plan.locator(plan.bound(listening)))]
+    queue = {"real_time": BURST, "data_high": BURST, "background": BURST}
+    config = basic_configuration(mode, locators, list(map(plan.locator, dialled)), queue)
+    config["transport"]["unicast"] = {
+        "max_sessions": len(plan.links[identity]) + SPARE_SESSIONS,
+        "accept_pending": 1000,  # pending connections
+        "accept_timeout": ACCEPT_TIME[plan.swarm.network.link],
+        "open_timeout": OPEN_TIME,
     }
-    config: dict[str, object] = {
+    if credentials is not None:
+        authority = credentials.signed_by(OPERATORS) if reserved else credentials.authority
+        config["transport"]["link"]["tls"] = _tls(credentials, authority)
+        config["access_control"] = access_control(plan, identity)
+    return config
+
+
+def basic_configuration(
+    mode: str, listening: list[str], dialled: list[str], queue: Mapping[str, int], largest: int = LARGEST_MESSAGE
+) -> dict[str, Any]:
+    """Return what all sessions have in common: endpoints without discovery, and bounds.
+
+    `queue` is the number of messages by priority, `largest` the bytes of one.
+    """
+    return {
         "mode": mode,
-        "listen": {"endpoints": [_bounded(plan.locator(plan.bound(endpoint))) for endpoint in listening]},
+        "listen": {"endpoints": listening},
         "connect": {
-            "endpoints": [plan.locator(endpoint) for endpoint in dialled],
-            "timeout_ms": 500 if mode == "client" else -1,  # ms for one attempt to reach the router
+            "endpoints": dialled,
+            "timeout_ms": PATIENCE if mode == "client" else -1,
             "exit_on_failure": mode == "client",
-            "retry": RETRY,
+            "retry": {"period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5},
         },
         "open": {"return_conditions": {"connect_scouted": False, "declares": False}},
         "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
         "transport": {
-            "link": link,
-            "unicast": {
-                "max_sessions": len(plan.links[identity]) + SPARE_SESSIONS,
-                "accept_pending": 1000,  # pending connections
-                "accept_timeout": ACCEPT_TIME[plan.swarm.network.link],
-                "open_timeout": OPEN_TIME,
+            "link": {
+                "tx": {"lease": 1000, "keep_alive": 4, "queue": {"size": queue}},
+                "rx": {"max_message_size": largest},
             },
             "shared_memory": {"enabled": False},
         },
     }
-    if tls is not None:
-        link["tls"] = tls
-        config["access_control"] = access_control(plan, identity)
-    return config
 
 
 def _bounded(locator: str) -> str:
@@ -97,10 +98,10 @@ def _bounded(locator: str) -> str:
     return f"{locator}#tls_handshake_timeout_ms={HANDSHAKE_TIME}" if locator.startswith("tls/") else locator
 
 
-def _tls(credentials: Credentials) -> dict[str, object]:
+def _tls(credentials: Credentials, authority: Path) -> dict[str, object]:
     certificate, key = str(credentials.certificate), str(credentials.key)
     return {
-        "root_ca_certificate": str(credentials.authority),
+        "root_ca_certificate": str(authority),
         "enable_mtls": True,
         "verify_name_on_connect": True,
         "close_link_on_expiration": False,  # what is linked flies on, and obeys orders

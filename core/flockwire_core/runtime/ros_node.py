@@ -18,11 +18,10 @@ import zenoh.ext
 
 from flockwire_core.ros.definitions import TRIGGER
 from flockwire_core.ros.graph import DEFAULT, TOKENS, End, EndKind, Node, Qos, data_key, is_node, publisher_id, read_end
-from flockwire_core.runtime.configuration import BURST, LARGEST_MESSAGE, RETRY
+from flockwire_core.runtime.configuration import BURST, LARGEST_MESSAGE, basic_configuration
 from flockwire_core.runtime.linger import ignore_linger
 from flockwire_core.runtime.ros_ends import RosInput, RosOutput, RosServices
 
-PATIENCE = 500  # ms for one attempt to reach the router
 PAUSE = 1.0  # s between two attempts
 MOST_ENDS = 4096  # ends of other nodes that are kept
 
@@ -177,25 +176,9 @@ async def join(place: Place, ended: asyncio.Event, absent: Callable[[str], None]
 
 def configuration(place: Place) -> dict[str, object]:
     """Return the Zenoh configuration of a node: no discovery but by the router, timestamps as rmw_zenoh has them."""
-    locator = [f"tcp/{place.router}"]
-    largest = 32 << 20 if place.serves else LARGEST_MESSAGE  # bytes; a router passes on messages such as images
-    return {
-        "mode": "router" if place.serves else "client",
-        "listen": {"endpoints": locator if place.serves else []},
-        "connect": {
-            "endpoints": [] if place.serves else locator,
-            "timeout_ms": PATIENCE,
-            "exit_on_failure": not place.serves,
-            "retry": RETRY,
-        },
-        "open": {"return_conditions": {"connect_scouted": False, "declares": False}},
-        "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": place.serves}},
-        "timestamping": {"enabled": True},
-        "transport": {
-            "link": {
-                "tx": {"lease": 1000, "keep_alive": 4, "queue": {"size": {"data": BURST}}},
-                "rx": {"max_message_size": largest},
-            },
-            "shared_memory": {"enabled": False},
-        },
-    }
+    locator, serves = [f"tcp/{place.router}"], place.serves
+    largest = 32 << 20 if serves else LARGEST_MESSAGE  # bytes; a router passes on messages such as images
+    ends = ("router", locator, list[str]()) if serves else ("client", list[str](), locator)
+    config = basic_configuration(*ends, {"data": BURST}, largest)
+    config["scouting"]["gossip"]["enabled"] = serves
+    return config | {"timestamping": {"enabled": True}}

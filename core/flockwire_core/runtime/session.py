@@ -20,7 +20,7 @@ from pathlib import Path
 
 from flockwire_core import clock
 from flockwire_core.domain.time import SECOND
-from flockwire_core.runtime.configuration import NO_DETOURS, ONE_THREAD, ROUTING, configuration, reserved_configuration
+from flockwire_core.runtime.configuration import NO_DETOURS, ONE_THREAD, ROUTING, configuration
 from flockwire_core.runtime.gate import Gate, raise_limit
 from flockwire_core.runtime.linger import ignore_linger
 from flockwire_core.security.files import Credentials, CredentialsError, default_folder, files_of, hold
@@ -131,7 +131,7 @@ class Session(contextlib.AbstractContextManager["Session"]):
             stack.callback(self.close)
             self._open(plan.endpoints.get(identity, "nowhere"), configuration(plan, identity, credentials, detours))
             if credentials is not None and identity in plan.reserved:
-                self._open(plan.reserved[identity], reserved_configuration(plan, identity, credentials))
+                self._open(plan.reserved[identity], configuration(plan, identity, credentials, reserved=True))
                 self._guard(plan.endpoints[identity], len(plan.links[identity]))
                 self._guard(plan.reserved[identity])
             stack.pop_all()

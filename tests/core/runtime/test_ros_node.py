@@ -10,7 +10,7 @@ import zenoh
 from flockwire_core.ros.definitions import POSE, TRIGGER
 from flockwire_core.ros.graph import LATCHED, data_key
 from flockwire_core.ros.messages import trigger_response
-from flockwire_core.runtime import ros_node
+from flockwire_core.runtime import configuration, ros_node
 from flockwire_core.runtime.ros_ends import CAPACITY, LARGEST, MOST_REQUESTS, RosServices
 from flockwire_core.runtime.ros_node import Place, RosNode, RosRouterAbsentError, join
 from flockwire_core.swarm.gateway import RosPoses
@@ -201,7 +201,7 @@ def test_tokens_of_another_form_and_too_many_are_counted(
 def test_without_a_router_there_is_no_node_and_a_second_router_has_no_place(
     port: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(ros_node, "PATIENCE", 50)
+    monkeypatch.setattr(configuration, "PATIENCE", 50)
     absent = f"127.0.0.1:{free_port()}"
     with pytest.raises(RosRouterAbsentError, match="Unable to connect"):
         RosNode(Place(absent, False, 0, "/", "ros"))
@@ -211,7 +211,7 @@ def test_without_a_router_there_is_no_node_and_a_second_router_has_no_place(
 
 def test_a_node_joins_when_its_router_comes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ros_node, "PAUSE", 0.05)
-    monkeypatch.setattr(ros_node, "PATIENCE", 50)
+    monkeypatch.setattr(configuration, "PATIENCE", 50)
     own = free_port()
 
     async def late() -> None:
@@ -237,7 +237,7 @@ def test_a_node_joins_when_its_router_comes(monkeypatch: pytest.MonkeyPatch) -> 
 def test_a_tracker_s_twin_says_that_no_router_answers(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(ros_node, "PATIENCE", 50)
+    monkeypatch.setattr(configuration, "PATIENCE", 50)
     address = f"127.0.0.1:{free_port()}"
 
     async def alone() -> None:

@@ -16,7 +16,6 @@ from flockwire_core.runtime.configuration import (
     SPARE_SESSIONS,
     access_control,
     configuration,
-    reserved_configuration,
 )
 from flockwire_core.runtime.session import Session
 from flockwire_core.security.files import Credentials, CredentialsError, in_use
@@ -109,7 +108,7 @@ def test_whoever_listens_in_a_swarm_of_peers_listens_for_operators_apart(make_pl
     assert not set(plan.reserved.values()) & set(plan.endpoints.values())
     assert make_plan({"network.mode": "router"}).reserved == make_plan({"network.security": "none"}).reserved == {}
     for identity, endpoint in plan.reserved.items():
-        config = reserved_configuration(plan, identity, FILES)
+        config = configuration(plan, identity, FILES, reserved=True)
         zenoh.Config.from_json5(json.dumps(config))
         assert config["listen"]["endpoints"] == [f"tls/{endpoint}{PATIENT}"]
         assert config["connect"]["endpoints"] == []
