@@ -100,12 +100,8 @@ def schema_text(ros_type: str, law_fields: str = "") -> str:
     """
     names = [ros_type]
     for name in names:  # which grows
-        names += [needed for needed in dict.fromkeys(_needs(name)) if needed not in names]
+        fields = re.findall(r"^(\w+)/(\w+)", DEFINITIONS[name], re.MULTILINE)
+        names += [one for one in dict.fromkeys(map("/msg/".join, fields)) if one not in names]
     found = DEFINITIONS | {LAW_CONTENT: DEFINITIONS[LAW_CONTENT] + law_fields}
     parts = (f"{'=' * 80}\nMSG: {name.replace('/msg/', '/')}\n{found[name]}" for name in names[1:])
     return "\n".join([DEFINITIONS[ros_type], *parts]) + "\n"
-
-
-def _needs(ros_type: str) -> list[str]:
-    found = re.findall(r"^(\w+)/(\w+)", DEFINITIONS[ros_type], re.MULTILINE)
-    return [f"{package}/msg/{name}" for package, name in found]
