@@ -83,7 +83,10 @@ class AgentCore:
         positions = exchange.neighbourhood.positions
         phase = pilot.observe(now, exchange.silence, exchange.missing, failure, positions, exchange.leader_down)
         site.update(phase, pilot.flight.mission)
-        decision = self._obey(self._observation(now))
+        observation = self._observation(now)
+        decided = law.step(observation)  # a law that raises is not called again before the next order
+        self._judged = (observation, decided) if decided is not None else None
+        decision = decided if decided is not None else Decision()
         wanted = site.command(law.command, phase, pilot)
         messages = pilot.command(self._command.velocity(wanted, pilot, site.place is not None, law.is_late), now)
         messages += site.messages(phase, pilot, exchange.estimate(decision), now)
@@ -133,12 +136,6 @@ class AgentCore:
             now,
             motion if sees_position and sees_velocity else None,
         )
-
-    def _obey(self, observation: Observation) -> Decision:
-        """Return the law's decision; a law that raises is not called again before the next order."""
-        decision = self._law.step(observation)
-        self._judged = (observation, decision) if decision is not None else None
-        return decision if decision is not None else Decision()
 
     def _take_mission(self, mission: Mission, now: int) -> None:
         """Receive an order of a known formation; it restarts a failed law."""
