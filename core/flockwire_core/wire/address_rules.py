@@ -13,13 +13,11 @@ from flockwire_core.wire.plan import Plan, port_of
 from flockwire_core.wire.processes import DRIVER, KINEMATICS, PROCESSES
 
 
-def _endpoints(swarm: Swarm) -> Iterator[Problem]:
+def _placement(swarm: Swarm) -> Iterator[Problem]:
     plan = Plan(swarm)
     yield from _processes(plan)
     yield from _unreachable(swarm)
-    yield from _ports(plan)
-    yield from _addresses(plan)
-    yield from _security(plan)
+    yield from _endpoints(plan)
     yield from _simulated_airframes(plan)
 
 
@@ -47,30 +45,22 @@ def _processes(plan: Plan) -> Iterator[Problem]:
             claimed.setdefault(process, name)
 
 
-def _ports(plan: Plan) -> Iterator[Problem]:
+def _endpoints(plan: Plan) -> Iterator[Problem]:
+    owners: dict[str, str] = {}
     for identity, endpoint in (*plan.endpoints.items(), *plan.reserved.items()):
-        port = port_of(endpoint)
+        address, port = endpoint.rpartition(":")[0].strip("[]"), port_of(endpoint)
         if not LOWEST_PORT <= port <= HIGHEST_PORT:
             bound = f"highest is {HIGHEST_PORT}" if port > HIGHEST_PORT else f"lowest is {LOWEST_PORT}"
             yield Problem("network.base_port", f"{identity} would listen at port {port}, the {bound}")
-
-
-def _addresses(plan: Plan) -> Iterator[Problem]:
-    owners: dict[str, str] = {}
-    for identity, endpoint in (*plan.endpoints.items(), *plan.reserved.items()):
         if endpoint in owners:
             yield Problem("drones.address", f"{identity} and {owners[endpoint]} have one address, {endpoint}")
         owners[endpoint] = identity
+        if plan.swarm.network.security == "none" and not ipaddress.ip_address(address).is_loopback:
+            rule = "without security only loopback addresses are allowed"
+            yield Problem("network.security", f"{identity} would listen at {endpoint}; {rule}")
     ros = plan.swarm.ros
     if ros is not None and ros.serve and ros.router in owners:
         yield Problem("ros.router", f"{owners[ros.router]} listens there; choose another port")
-
-
-def _security(plan: Plan) -> Iterator[Problem]:
-    for identity, endpoint in plan.endpoints.items() if plan.swarm.network.security == "none" else ():
-        if not ipaddress.ip_address(endpoint.rpartition(":")[0].strip("[]")).is_loopback:
-            rule = "without security only loopback addresses are allowed"
-            yield Problem("network.security", f"{identity} would listen at {endpoint}; {rule}")
 
 
 def _simulated_airframes(plan: Plan) -> Iterator[Problem]:
@@ -83,4 +73,4 @@ def _simulated_airframes(plan: Plan) -> Iterator[Problem]:
             yield Problem("drones.host", f"{where}; both must be on one host (hosts.{plan.hosts[driver]}.processes)")
 
 
-RULES: tuple[Rule, ...] = (_endpoints,)
+RULES: tuple[Rule, ...] = (_placement,)
