@@ -16,7 +16,7 @@ from flockwire_core.process.cores import Core, Datagram, Networked
 from flockwire_core.process.stepping import Resources, StatusPublisher, Stepper, prompt_keys, tick_period
 from flockwire_core.process.timekeeping import is_known, patience, timekeeping
 from flockwire_core.wire.codec import Message
-from flockwire_core.wire.inbox import inbox_of, publisher_of
+from flockwire_core.wire.inbox import Inbox, publisher_of
 from flockwire_core.wire.keys import ROWS, Key, KeyRow
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.sighting import Sighting
@@ -110,7 +110,7 @@ class VirtualProcess:
             outlet.sequence, outlet.publisher = 0, publisher_of(session, key)
         self._timekeeping = timekeeping(self._plan, self.identity, self.clock.correct)
         timing = self._timekeeping.keys
-        self._slots = [Slot(inbox_of(key), key in timing, key in timing) for key in self.subscribed]
+        self._slots = [Slot(Inbox(key), key in timing, key in timing) for key in self.subscribed]
         if is_known(self._timekeeping, now):
             self._begin()
         else:

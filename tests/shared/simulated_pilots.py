@@ -11,7 +11,7 @@ from flockwire_core.ground.order_log import OrderLog
 from flockwire_core.pilot.orders import Orders
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.codec import Message
-from flockwire_core.wire.inbox import inbox_of
+from flockwire_core.wire.inbox import Inbox
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.plan import Plan
@@ -78,7 +78,7 @@ class Source:
     """The newest of one key."""
 
     def __init__(self, swarm: SimulatedSwarm, key: Key) -> None:
-        self.inbox, self._swarm = inbox_of(key), swarm
+        self.inbox, self._swarm = Inbox(key), swarm
 
     def messages(self, now: int) -> list[Status | Telemetry]:
         newest = self._swarm.message(self.inbox.key, now)

@@ -24,7 +24,7 @@ from flockwire_core.runtime.configuration import NO_DETOURS, ONE_THREAD, ROUTING
 from flockwire_core.runtime.gate import Gate, raise_limit
 from flockwire_core.runtime.linger import ignore_linger
 from flockwire_core.security.files import Credentials, CredentialsError, default_folder, files_of, hold
-from flockwire_core.wire.inbox import inbox_of
+from flockwire_core.wire.inbox import Inbox
 from flockwire_core.wire.keys import ROWS, Delivery, Key
 from flockwire_core.wire.plan import Plan, port_of
 from flockwire_core.wire.processes import Link
@@ -156,11 +156,11 @@ class Session(contextlib.AbstractContextManager["Session"]):
 
     def buffered(self, key: Key) -> Buffered:
         """Subscribe to `key`, buffering its newest BACKLOG samples until they are read."""
-        return Buffered(inbox_of(key), self._rings(key, BACKLOG, zenoh.Locality.REMOTE))
+        return Buffered(Inbox(key), self._rings(key, BACKLOG, zenoh.Locality.REMOTE))
 
     def prompt(self, key: Key, wakeup: Wakeup) -> Prompt:
         """Subscribe to `key`; `wakeup` calls its handler in the running loop as soon as a sample arrives."""
-        prompt = Prompt(inbox_of(key), wakeup)
+        prompt = Prompt(Inbox(key), wakeup)
         callback = zenoh.handlers.Callback(prompt.arrived, indirect=False)
         for session in self._carrying(key in self._plan.from_operators):
             session.declare_subscriber(self._plan.text(key), callback, allowed_origin=zenoh.Locality.REMOTE)

@@ -12,7 +12,7 @@ from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
 from flockwire_core.wire.cdr import MessageError
 from flockwire_core.wire.codec import CODECS, Message
-from flockwire_core.wire.keys import ANY_TIME, ROWS, Key, KeyRow
+from flockwire_core.wire.keys import ANY_TIME, ROWS, Key
 
 ATTACHMENT: Final = Struct("<qqB16s")  # as rmw_zenoh: sequence number, source time in ns, 16, publisher id
 CANARY: Final = b"flockwire canary"  # published by the conformance probe instead of a message: dropped and counted
@@ -89,8 +89,8 @@ class Inbox:
     `missed` the number of missing messages of the same publisher before it.
     """
 
-    def __init__(self, key: Key, row: KeyRow) -> None:
-        self.key = key
+    def __init__(self, key: Key) -> None:
+        self.key, row = key, ROWS[key.kind]
         self.rejected: Counter[str] = Counter()
         self.sent = self.missed = 0
         self.ahead = 0  # ns by which the receiver's time is ahead of swarm time (process/stepping.py)
@@ -182,8 +182,3 @@ class Input(ABC):
     @abstractmethod
     def message(self, now: int) -> Message | None:
         """Return the newest message that came since the last call and was accepted, None when there is none."""
-
-
-def inbox_of(key: Key) -> Inbox:
-    """Return the inbox of `key`."""
-    return Inbox(key, ROWS[key.kind])

@@ -15,7 +15,7 @@ from flockwire_core.process.stepping import StatusPublisher, StepCounts, Stepper
 from flockwire_core.process.timekeeping import timekeeping
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.inbox import Inbox
-from flockwire_core.wire.keys import ROWS, Key
+from flockwire_core.wire.keys import Key
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import Report, Status
 from flockwire_lab.process import NO_RESOURCES
@@ -58,7 +58,7 @@ class Source:
     """An input of which the next message is `stamp`."""
 
     def __init__(self) -> None:
-        self.inbox = Inbox(POSE, ROWS["pose"])
+        self.inbox = Inbox(POSE)
         self.stamp = 0
 
     def message(self, now: int) -> Pose:

@@ -12,7 +12,7 @@ from flockwire_core import clock
 from flockwire_core.domain.pose import Pose
 from flockwire_core.runtime.subscriptions import BEHIND, Prompt, Wakeup
 from flockwire_core.wire.codec import encode
-from flockwire_core.wire.inbox import attachment, inbox_of
+from flockwire_core.wire.inbox import Inbox, attachment
 from flockwire_core.wire.keys import MISSION, Key
 
 POSE = Key("pose", "uav1")
@@ -36,7 +36,7 @@ class Bench:
         self.lock = threading.Lock()
         self.wakeup = Wakeup(self._handle, self.lock)
         self.wakeup.direct = direct
-        self.prompt = Prompt(inbox_of(POSE), self.wakeup)
+        self.prompt = Prompt(Inbox(POSE), self.wakeup)
         self._loop, self._sequence = threading.get_ident(), 0
 
     def _handle(self, prompt: Prompt) -> None:
@@ -136,7 +136,7 @@ def test_an_error_of_one_key_holds_up_no_other():
                 raise ValueError("a bad core")
 
         wakeup = Wakeup(handle, threading.Lock())
-        first, second = Prompt(inbox_of(POSE), wakeup), Prompt(inbox_of(MISSION), wakeup)
+        first, second = Prompt(Inbox(POSE), wakeup), Prompt(Inbox(MISSION), wakeup)
         first.arrived(SimpleNamespace())
         second.arrived(SimpleNamespace())
         await asyncio.sleep(0.01)
@@ -150,7 +150,7 @@ def test_of_a_key_of_which_each_message_counts_each_is_announced():
     async def announced() -> int:
         calls: list[Prompt] = []
         wakeup = Wakeup(calls.append, threading.Lock())
-        prompt = Prompt(inbox_of(MISSION), wakeup)
+        prompt = Prompt(Inbox(MISSION), wakeup)
         for _ in range(3):
             prompt.arrived(SimpleNamespace())
         await asyncio.sleep(0.01)

@@ -20,20 +20,16 @@ def pose(stamp=NOW):
     return encode(Pose(stamp, "world", (1.0, 2.0, 3.0)))
 
 
-def inbox_of(key):
-    return Inbox(key, ROWS[key.kind])
-
-
 @pytest.fixture
 def inbox():
     """Return an inbox that took sequence number 5 at NOW."""
-    inbox = inbox_of(POSE)
+    inbox = Inbox(POSE)
     assert inbox.accept(pose(), attachment(5, NOW, US, POSE), NOW)
     return inbox
 
 
 def test_a_message_passes_with_its_send_time():
-    inbox = inbox_of(POSE)
+    inbox = Inbox(POSE)
     assert inbox.accept(pose(), attachment(3, NOW + 1, US, POSE), NOW) == Pose(NOW, "world", (1.0, 2.0, 3.0))
     assert (inbox.sent, inbox.missed) == (NOW + 1, 0)
 
@@ -58,7 +54,7 @@ def test_a_message_that_comes_late_or_early_is_counted_by_its_reason(inbox, stam
 
 
 def test_a_message_past_its_maximum_age_is_expired():
-    inbox = inbox_of(POSE)
+    inbox = Inbox(POSE)
     maximum_age = nanoseconds(ROWS["pose"].maximum_age)
     assert inbox.accept(pose(NOW - maximum_age - 1), attachment(0, NOW, US, POSE), NOW) is None
     assert inbox.rejected == {"expired": 1}
@@ -66,19 +62,19 @@ def test_a_message_past_its_maximum_age_is_expired():
 
 
 def test_a_stop_expires_too():
-    inbox = inbox_of(STOP)
+    inbox = Inbox(STOP)
     assert inbox.accept(encode(Stop(NOW, "world", "")), attachment(0, NOW, US, STOP), NOW + 121 * SECOND) is None
 
 
 @pytest.mark.parametrize("offset", [-119, -4, 4, 119])
 def test_clocks_that_are_two_minutes_apart_do_not_block_a_stop(offset):
-    inbox = inbox_of(STOP)
+    inbox = Inbox(STOP)
     assert inbox.accept(encode(Stop(NOW, "world", "")), attachment(0, NOW, US, STOP), NOW + offset * SECOND)
 
 
 def test_a_mission_never_expires():
     day = 86_400 * SECOND
-    assert inbox_of(MISSION).accept(encode(Mission(NOW - day, "world", "hold")), attachment(0, NOW, US, MISSION), NOW)
+    assert Inbox(MISSION).accept(encode(Mission(NOW - day, "world", "hold")), attachment(0, NOW, US, MISSION), NOW)
 
 
 def test_a_stamp_may_be_ahead_by_the_clocks_offset(inbox):
@@ -129,7 +125,7 @@ def test_malformed_samples_are_counted(inbox, payload, attached):
 
 @given(st.sampled_from(tuple(ROWS)), st.binary(max_size=200), st.binary(max_size=60))
 def test_random_bytes_are_never_raised_into_the_loop(kind, payload, attached):
-    inbox = inbox_of(Key(kind))
+    inbox = Inbox(Key(kind))
     for sample in ((payload, attached), (payload, attachment(1, NOW, US, POSE)), (pose(), attached)):
         received = inbox.accept(*sample, NOW)
         assert (received is None) == (inbox.rejected.total() > 0)
@@ -138,7 +134,7 @@ def test_random_bytes_are_never_raised_into_the_loop(kind, payload, attached):
 
 @given(st.lists(st.tuples(st.integers(-3, 3), st.integers(0, 4), st.sampled_from((US, OTHER))), max_size=30))
 def test_what_passes_never_goes_back_in_time(samples):
-    inbox = inbox_of(POSE)
+    inbox = Inbox(POSE)
     passed = [
         received.stamp
         for offset, sequence, publisher in samples
@@ -174,7 +170,7 @@ def recording(count, first=0):
 
 @pytest.mark.parametrize("pause", [0, 100, 6000])
 def test_a_minute_replayed_beside_live_messages_moves_no_drone_and_is_counted(pause):
-    inbox, minute, living = inbox_of(POSE), recording(6000), recording(6000, 6000 + pause)
+    inbox, minute, living = Inbox(POSE), recording(6000), recording(6000, 6000 + pause)
     for sample in minute:
         assert inbox.accept(*sample)
     for (payload, attached, _), alive in zip(minute, living, strict=True):
@@ -184,14 +180,14 @@ def test_a_minute_replayed_beside_live_messages_moves_no_drone_and_is_counted(pa
 
 
 def test_a_minute_replayed_to_a_process_without_other_publishers_is_counted_too():
-    inbox, minute = inbox_of(POSE), recording(6000)
+    inbox, minute = Inbox(POSE), recording(6000)
     for payload, attached, _ in minute:
         assert inbox.accept(payload, attached, NOW + 66 * SECOND) is None
     assert inbox.rejected == {"expired": 4000 + 1, "over quota": 1999}  # all at one time: four seconds' worth is judged
 
 
 def test_a_minute_replayed_under_new_numbers_and_names_moves_no_drone():
-    inbox, minute = inbox_of(POSE), recording(600)
+    inbox, minute = Inbox(POSE), recording(600)
     for payload, attached, now in minute:
         inbox.accept(payload, attached, now)
     for k, (payload, _, _) in enumerate(minute[:-1]):
@@ -211,7 +207,7 @@ def test_a_clock_that_was_set_back_blocks_no_key_for_longer_than_clocks_may_diff
 
 
 def test_a_number_far_ahead_is_no_flood_of_missed_messages():
-    inbox, gaps = inbox_of(POSE), 0
+    inbox, gaps = Inbox(POSE), 0
     for k in range(4):
         for sequence in (0, 2**63 - 1):
             received = inbox.accept(pose(NOW + k), attachment(sequence, NOW, bytes([k]) * 16, POSE), NOW)
@@ -230,7 +226,7 @@ def test_any_number_of_publishers_costs_no_memory(inbox):
 
 
 def test_a_sample_that_the_network_delivers_under_another_key_is_rejected():
-    inbox, leaders = inbox_of(POSE), Key("pose", "uav0")
+    inbox, leaders = Inbox(POSE), Key("pose", "uav0")
     assert inbox.accept(pose(), attachment(0, NOW, US, leaders), NOW) is None
     assert inbox.accept(pose(), attachment(0, NOW, US, POSE), NOW)
     assert inbox.accept(pose(NOW + 1), attachment(7, NOW, US, leaders), NOW) is None
@@ -244,7 +240,7 @@ def test_a_sample_that_the_network_delivers_under_another_key_is_rejected():
 ])  # fmt: skip
 def test_what_asks_for_the_time_passes_though_its_clock_was_set_back(kind, message):
     key = Key(kind, "uav1")
-    inbox = inbox_of(key)
+    inbox = Inbox(key)
     assert inbox.accept(encode(message._replace(stamp=NOW)), attachment(0, NOW, US, key), NOW)
     assert inbox.accept(encode(message), attachment(1, NOW, US, key), NOW)
     assert inbox.accept(encode(message), attachment(1, NOW, US, key), NOW) is None

@@ -48,14 +48,14 @@ def test_a_clock_that_is_set_back_does_not_close_a_key():
 
 
 def test_a_flood_is_dropped_and_counted():
-    inbox = Inbox(POSE, ROWS["pose"])
+    inbox = Inbox(POSE)
     for k in range(20_000):
         inbox.accept(encode(Pose(NOW + k, "world", (0.0, 0.0, 1.0))), attachment(k, NOW, US, POSE), NOW + k * 10_000)
     assert inbox.rejected[OVER_QUOTA] == pytest.approx(20_000 - 1000 * (BURST + 0.2), rel=0.01)
 
 
 def test_a_message_that_is_too_large_is_not_decoded():
-    inbox = Inbox(Key("status", "uav1"), ROWS["status"])
+    inbox = Inbox(Key("status", "uav1"))
     assert inbox.accept(b"x" * 60_000, attachment(0, NOW, US, Key("status", "uav1")), NOW) is None
     assert inbox.rejected == {OVER_QUOTA: 1}
 

@@ -10,7 +10,7 @@ from flockwire_core.domain.time import SECOND
 from flockwire_core.ground.order import Order
 from flockwire_core.wire.codec import encode
 from flockwire_core.wire.inbox import Inbox, attachment
-from flockwire_core.wire.keys import MISSION, ROWS, STOP, Key
+from flockwire_core.wire.keys import MISSION, STOP, Key
 from flockwire_core.wire.status import Report, Status
 from flockwire_operator.station.operator import Operator
 from flockwire_operator.station.terminal.table import Rates
@@ -30,7 +30,7 @@ class Wire:
 
     def buffered(self, key):
         self.waiting[key] = deque()
-        return Source(Inbox(key, ROWS[key.kind]), self.waiting[key])
+        return Source(Inbox(key), self.waiting[key])
 
     def publish(self, messages):
         self.published += messages
