@@ -14,7 +14,7 @@ from flockwire_core.process.cores import Core, Framed
 from flockwire_core.process.stopwatch import Stopwatch
 from flockwire_core.process.timekeeping import Timekeeping
 from flockwire_core.wire.codec import Message
-from flockwire_core.wire.inbox import Input, shifted
+from flockwire_core.wire.inbox import Input, rejections, shifted
 from flockwire_core.wire.keys import Key, key_text
 from flockwire_core.wire.status import Counts, Report, Status
 
@@ -236,12 +236,4 @@ class Stepper:
         self._publish(messages if not ahead else [(key, shifted(message, -ahead)) for key, message in messages])
         status = self._status
         if status is not None and status.due(now):
-            status.update(now, self._core.report(now), self._counts, self._rejected())
-
-    def _rejected(self) -> Counts:
-        return tuple(
-            (f"{name} {reason}", count)
-            for name, inbox in self._named
-            if inbox.rejected
-            for reason, count in inbox.rejected.items()
-        )
+            status.update(now, self._core.report(now), self._counts, rejections(self._named))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections import Counter
+from collections.abc import Iterable
 from struct import Struct, error
 from typing import Final, NamedTuple
 from zlib import crc32
@@ -13,6 +14,7 @@ from flockwire_core.domain.time import SECOND
 from flockwire_core.wire.cdr import MessageError
 from flockwire_core.wire.codec import CODECS, Message
 from flockwire_core.wire.keys import ANY_TIME, ROWS, Key
+from flockwire_core.wire.status import Counts
 
 ATTACHMENT: Final = Struct("<qqB16s")  # as rmw_zenoh: sequence number, source time in ns, 16, publisher id
 CANARY: Final = b"flockwire canary"  # published by the conformance probe instead of a message: dropped and counted
@@ -169,6 +171,11 @@ def shifted(message: Message, by: int) -> Message:
         return message.shift(by)
     moved: Message = message._replace(stamp=message.stamp + by)  # type: ignore[attr-defined]
     return moved
+
+
+def rejections(named: Iterable[tuple[str, Inbox]]) -> Counts:
+    """Return the counts of rejected messages of inboxes, each with its key as text, by key and reason."""
+    return tuple([(f"{name} {why}", n) for name, inbox in named if inbox.rejected for why, n in inbox.rejected.items()])
 
 
 class Input(ABC):

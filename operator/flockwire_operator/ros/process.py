@@ -22,6 +22,7 @@ from flockwire_core.runtime.shell import status_publisher
 from flockwire_core.runtime.ticker import Ticker
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.ros import Ros
+from flockwire_core.wire.inbox import rejections
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import counted
 
@@ -99,11 +100,7 @@ class RosProcess:
             if steering is not None and now - self._steered > SILENCE:
                 name, kind = steering.topic.name, steering.topic.ros_type
                 self.core.advice = advice(node.publishers(), node.place.domain, name, (kind,), "ros.domain to that")
-        rejected = tuple(
-            (f"{self._plan.text(source.inbox.key)} {reason}", count)
-            for source in self._operator.inputs
-            for reason, count in source.inbox.rejected.items()
-        )
+        rejected = rejections((self._plan.text(source.inbox.key), source.inbox) for source in self._operator.inputs)
         self._status.update(now, self.core.report(now), self._counts, rejected)
 
 
