@@ -104,20 +104,15 @@ class RosServices:
 
     def arrived(self, name: str, key: str, query: zenoh.Query) -> None:
         """Buffer a request of the service `name`, whose key is `key`. Called by Zenoh, in its thread."""
-        if str(query.key_expr) != key:  # one query of many keys would be the request of all services
-            self._counts["ROS requests of several services"] += 1
-            _refuse(query, "a request is of one service")
-            return
-        if _is_large(query.payload, query.attachment):
-            self._counts["ROS requests too large"] += 1
-            _refuse(query, "too large")
-            return
         waiting = self._waiting[name]
-        if len(waiting) >= MOST_REQUESTS:
-            self._counts["ROS requests too many"] += 1
-            _refuse(query, "too many requests")
-            return
-        waiting.append(query)
+        if str(query.key_expr) != key:  # one query of many keys would be the request of all services
+            self._drop(query, "of several services", "a request is of one service")
+        elif _is_large(query.payload, query.attachment):
+            self._drop(query, "too large", "too large")
+        elif len(waiting) >= MOST_REQUESTS:
+            self._drop(query, "too many", "too many requests")
+        else:
+            waiting.append(query)
 
     def take(self) -> list[Request]:
         """Return the requests since the last call; one of another form gets an error as its reply."""
@@ -131,17 +126,16 @@ class RosServices:
                 check_empty(payload.to_bytes())
                 origin = read_attachment(attached.to_bytes())
             except MessageError as error:
-                self._counts["ROS requests malformed"] += 1
-                _refuse(query, str(error))
-                continue
-            found.append(Request(name, query, origin))
+                self._drop(query, "malformed", str(error))
+            else:
+                found.append(Request(name, query, origin))
         return found
+
+    def _drop(self, query: zenoh.Query, what: str, why: str) -> None:
+        self._counts[f"ROS requests {what}"] += 1
+        with query:
+            query.reply_err(why.encode())
 
 
 def _is_large(*parts: zenoh.ZBytes | None) -> bool:
     return any(part is not None and len(part) > LARGEST for part in parts)
-
-
-def _refuse(query: zenoh.Query, why: str) -> None:
-    with query:
-        query.reply_err(why.encode())
