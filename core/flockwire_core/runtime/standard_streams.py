@@ -27,26 +27,19 @@ DROPPED = "flockwire: lines dropped while this terminal, or the reader of this o
 MOST = 1000  # pieces of text (lines of a log) that wait for a paused terminal
 
 
-class UnblockedStream(io.RawIOBase):
+class UnblockedStream(io.FileIO):
     """Writes to the file descriptor `fd`; the first error is kept in `error`, and later text is lost."""
 
     def __init__(self, fd: int) -> None:
+        super().__init__(fd, "w", closefd=False)
         self.error: OSError | None = None
-        self._fd = fd
+        self._fd = fd  # for the thread, also when this is closed
         self._lock = threading.Lock()
         self._waiting = self._dropped = 0  # pieces in the thread, and lines lost since it has been full
 
-    def fileno(self) -> int:
-        """Return the file descriptor."""
-        return self._fd
-
-    def isatty(self) -> bool:
-        """Return whether this is a terminal."""
-        return os.isatty(self._fd)
-
-    def writable(self) -> bool:
-        """Return that it can be written to."""
-        return True
+    def seekable(self) -> bool:
+        """Return that no position can be set: the thread writes later."""
+        return False
 
     def write(self, data: ReadableBuffer, /) -> int:
         """Write all of `data`, directly or by the thread, or drop it."""
