@@ -109,7 +109,7 @@ class Writer:
         for value in values:
             self.text(value)
 
-    def numbers(self, code: str, values: tuple[int, ...]) -> None:
+    def numbers(self, code: str, values: tuple[float, ...]) -> None:
         """Append a sequence of numbers."""
         self.length(len(values))
         if values:

@@ -54,11 +54,9 @@ def write_sighting(writer: Writer, sighting: Sighting) -> None:
         for seen in group:
             writer.put_all("i", seen.number)
             writer.double(seen.age)
-            distance = None if seen.distance is None else (seen.distance,)
+            distance = () if seen.distance is None else (seen.distance,)
             for values in (seen.bearing, distance, seen.position, seen.velocity):
-                writer.length(0 if values is None else len(values))
-                if values is not None:
-                    writer.put_all("d", *values)
+                writer.numbers("d", values or ())
 
 
 def read_sighting(stamp: int, frame: str, reader: Reader) -> Sighting:
