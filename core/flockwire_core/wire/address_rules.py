@@ -65,8 +65,8 @@ def _endpoints(plan: Plan) -> Iterator[Problem]:
 
 def _simulated_airframes(plan: Plan) -> Iterator[Problem]:
     """Yield drivers on another host than their simulated airframes, which use their host's loopback."""
-    served = next(iter(plan.of_kind(KINEMATICS.kind)), None)
-    for driver in plan.of_kind(DRIVER.kind):
+    served = next(iter(plan.of(KINEMATICS)), None)
+    for driver in plan.of(DRIVER):
         drone = plan.members[driver].drone
         if served is not None and drone in plan.swarm.simulated and plan.hosts[driver] != plan.hosts[served]:
             where = f"{driver} runs on {plan.hosts[driver]}, its simulated airframe on {plan.hosts[served]}"

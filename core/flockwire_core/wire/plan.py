@@ -60,9 +60,11 @@ class Plan(Roster):
         self.to_operators = self._of_flows(lambda flow: not operators.isdisjoint(flow.subscribers))
         self._collect()
         self.links = self._links()
-        self.dials = {one: self._before(one, linked) for one, linked in self.links.items()}
+        order = self._order
+        self.dials = {one: tuple(x for x in linked if order[x] < order[one]) for one, linked in self.links.items()}
         self.hosts = {identity: self.host(identity) for identity in self.identities}
-        self.endpoints = {identity: self._endpoint(identity) for identity in self.identities if self._listens(identity)}
+        listening = self.routers or self._of_rows(lambda row: row.link is Link.PEER)
+        self.endpoints = {identity: self._endpoint(identity) for identity in listening}
         self.reserved = {identity: self._reserved(identity) for identity in self.endpoints if self._reserves(identity)}
         self.authorities = (AUTHORITY, OPERATORS) if self.reserved else (AUTHORITY,)  # that sign the certificates
 
@@ -104,11 +106,14 @@ class Plan(Roster):
             return self.subscribes[receiver]
         if receiver in self.routers:
             return tuple(key for key in self.publishes[sender] if self.subscribers(key))
-        return self._between(sender, receiver)
+        return self.between(sender, receiver)
 
-    def publishes_to(self, sender: str, receiver: str) -> bool:
-        """Return whether `receiver` subscribes to anything that `sender` publishes."""
-        return bool(self._between(sender, receiver))
+    def between(self, sender: str, receiver: str) -> tuple[Key, ...]:
+        """Return the keys that `sender` publishes and `receiver` subscribes to, computed on demand."""
+        sent, received = self.publishes.get(sender, ()), self.subscribes.get(receiver, ())
+        if len(sent) <= len(received):
+            return tuple(key for key in sent if receiver in self._flows[key].subscribers)
+        return tuple(key for key in received if sender in self._flows[key].publishers)
 
     def dialled(self, one: str, other: str) -> str:
         """Return the endpoint at which `one` dials `other`; for an operator the one reserved for operators."""
@@ -126,7 +131,7 @@ class Plan(Roster):
 
     def bound(self, endpoint: str) -> str:
         """Return the address at which the owner of `endpoint` listens: all addresses for a host called by name."""
-        return f"0.0.0.0:{endpoint.rpartition(':')[2]}" if self.by_name else endpoint
+        return f"0.0.0.0:{port_of(endpoint)}" if self.by_name else endpoint
 
     def issuer(self, identity: str) -> str:
         """Return the authority of the certificate of `identity`; operators have a separate one."""
@@ -165,27 +170,12 @@ class Plan(Roster):
             one: tuple(sorted(others - {one}, key=self._order.__getitem__)) for one, others in partners.items()
         }
 
-    def _between(self, sender: str, receiver: str) -> tuple[Key, ...]:
-        """Return the keys that `sender` publishes and `receiver` subscribes to, computed on demand."""
-        sent, received = self.publishes.get(sender, ()), self.subscribes.get(receiver, ())
-        if len(sent) <= len(received):
-            return tuple(key for key in sent if receiver in self._flows[key].subscribers)
-        return tuple(key for key in received if sender in self._flows[key].publishers)
-
     def _links(self) -> dict[str, tuple[str, ...]]:
         """Return the identities to which each is linked: its partners, or the router, which is linked to all."""
         if not self.routers:
             return self.partners
         others = tuple(identity for identity in self.identities if identity not in self.routers)
         return {identity: others if identity in self.routers else self.routers for identity in self.identities}
-
-    def _before(self, one: str, others: tuple[str, ...]) -> tuple[str, ...]:
-        """Return those of `others` that `one` dials."""
-        return tuple(other for other in others if self._order[other] < self._order[one])
-
-    def _listens(self, identity: str) -> bool:
-        link = self.rows[identity].link
-        return link is Link.ROUTER or (link is Link.PEER and not self.routers)
 
     def _endpoint(self, identity: str) -> str:
         """Return `IP:PORT` or `NAME:PORT`, its own: the ports of a kind do not depend on what other kinds there are."""

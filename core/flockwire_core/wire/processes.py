@@ -219,10 +219,6 @@ class Roster:
         named = swarm.drone(drone).host if drone in swarm.tracked and drone is not None else None
         return named if named is not None else next(iter(swarm.hosts))
 
-    def of_kind(self, kind: str) -> tuple[str, ...]:
-        """Return the identities of the processes of one kind, possibly none."""
-        return self._identities.get(kind, ())
-
     def is_named_by_id(self, identity: str) -> bool:
         """Return whether a command line needs the drone's id to name the process."""
         row = self.rows[identity]

@@ -139,7 +139,7 @@ class _LinkFault(FaultKind):
 
     def problems(self, plan: Plan) -> Iterator[tuple[str, str]]:
         known = targets(plan)
-        subscribers = [name for name in known if name != self.source and plan.publishes_to(self.source, name)]
+        subscribers = [name for name in known if name != self.source and plan.between(self.source, name)]
         if self.target not in subscribers and self.target in known:
             yield "to", f"{self.target!r}: receives nothing from {self.source}; must be one of {', '.join(subscribers)}"
 

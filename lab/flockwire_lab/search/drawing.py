@@ -54,7 +54,7 @@ def _link(plan: Plan, chance: Random) -> Table:
     """Return a link, of each two kinds of process as often."""
     links: dict[tuple[str, str], list[tuple[str, str]]] = defaultdict(list)
     for a, b in permutations(targets(plan), 2):
-        if plan.publishes_to(a, b):
+        if plan.between(a, b):
             links[plan.rows[a].kind, plan.rows[b].kind].append((a, b))
     return dict(zip(("from", "to"), chance.choice(links[chance.choice(tuple(links))]), strict=True))
 

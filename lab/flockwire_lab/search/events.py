@@ -117,7 +117,7 @@ class EventInjector:
         A driver may see only by the motors' time, in whole seconds, whether they run.
         """
         motors_seen = 2.0  # s after a freeze of an airframe
-        unseen = motors_seen if self._world.plan.of_kind(DRIVER.kind) else 0.0
+        unseen = motors_seen if self._world.plan.of(DRIVER) else 0.0
         return any(first <= end and begin < last + unseen for first, last in self.still)
 
     def retire(self) -> None:

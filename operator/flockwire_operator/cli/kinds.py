@@ -170,7 +170,7 @@ def _replayed(row: Process, plan: Plan, trace: Path, pace: float) -> int:
 
 
 def _identity(plan: Plan, row: Process, number: int | None) -> str:
-    members = {plan.members[identity].drone: identity for identity in plan.of_kind(row.kind)}
+    members = {plan.members[identity].drone: identity for identity in plan.of(row)}
     if not members:
         refuse(f"{plan.swarm.name} has no {row.kind}: only a swarm with {row.only_if} has one")
     if number is not None or len(members) > 1:

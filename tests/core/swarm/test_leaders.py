@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from flockwire_core.loading import SwarmFileError
 from flockwire_core.wire.plan import Plan
+from flockwire_core.wire.processes import LEADING
 
 THREE: dict[str, Any] = {
     "leaders": [0, 1, 9],
@@ -41,7 +42,7 @@ def test_without_a_leader_all_follow_and_nobody_publishes_its_pose(
     swarm = make_swarm({"leaders": [], "graph.edges": [[0, 1]], "control.law": f"{law_file}:Still"})
     assert (swarm.followers, swarm.sole_leader, swarm.leader_speed) == ((0, 1, 2, 3, 4), None, 0.0)
     plan = Plan(swarm)
-    assert not plan.of_kind("leader")
+    assert not plan.of(LEADING)
     assert plan.pilot[0] == "uav0"
 
 

@@ -1,5 +1,6 @@
 import pytest
 from flockwire_core.swarm.model import uav
+from flockwire_core.wire import processes
 from flockwire_core.wire.keys import MISSION, STOP, Key
 from flockwire_core.wire.plan import Plan
 from hypothesis import given, settings
@@ -78,7 +79,7 @@ def test_every_key_finds_its_way_over_the_links(plans, data):
                 assert key in plan.subscribes[subscriber]
                 assert subscriber in plan.partners[publisher]
                 assert key in plan.passes(publisher, subscriber)
-                assert plan.publishes_to(publisher, subscriber)
+                assert plan.between(publisher, subscriber)
 
 
 @settings(max_examples=25)
@@ -94,7 +95,7 @@ def test_nothing_passes_between_two_that_the_table_does_not_name(plans, data):
     for sender in others:
         for receiver in others:
             assert plan.passes(sender, receiver) == tuple(wanted.get((sender, receiver), ()))
-            assert plan.publishes_to(sender, receiver) == ((sender, receiver) in wanted)
+            assert bool(plan.between(sender, receiver)) == ((sender, receiver) in wanted)
 
 
 def test_agents_are_linked_along_the_graph_only(make_plan):
@@ -171,9 +172,9 @@ def test_a_flight_waits_for_all_that_fly_a_drone(make_plan):
 
 def test_processes_are_found_by_their_kind(make_plan):
     plan = make_plan()
-    assert plan.of_kind("agent") == ("uav1", "uav2", "uav3", "uav4")
-    assert plan.of_kind("leader") == ("leader",)
-    assert plan.of_kind("router") == ()
+    assert plan.of(processes.AGENT) == ("uav1", "uav2", "uav3", "uav4")
+    assert plan.of(processes.LEADING) == ("leader",)
+    assert plan.of(processes.ROUTER) == ()
 
 
 @pytest.mark.parametrize("changes", [None, VIRTUAL], ids=["flying", "virtual"])
