@@ -139,7 +139,6 @@ class Desk(Ground):
     period = POLL_PERIOD
 
     def __init__(self, plan: Plan) -> None:
-        super().__init__()
         self.under_way: list[Asked] = []
         self.replies: list[tuple[Given, Answer]] = []
         self._plan, self._page = plan, Received()

@@ -28,7 +28,6 @@ class VirtualOperator(Ground):
     def __init__(
         self, core: OperatorCore, swarm: Swarm, ordered: Callable[[Mission], None], over: Callable[[], None]
     ) -> None:
-        super().__init__()
         self.core = core
         self.answers: list[tuple[Order, Answer]] = []
         self._swarm, self._ordered, self._over = swarm, ordered, over
@@ -86,7 +85,6 @@ class ScriptedSteering(Ground):
     period = 0.05
 
     def __init__(self, swarm: Swarm, script: Script) -> None:
-        super().__init__()
         self._swarm, self._script = swarm, script
 
     def step(self, now: int) -> list[tuple[Key, Message]]:

@@ -23,7 +23,6 @@ class GroundedLeader(Ground):
     """The common part: leader `number` of `swarm`, its `orders`, and what it sends while it leads."""
 
     def __init__(self, swarm: Swarm, number: int, now: int, orders: Orders) -> None:
-        super().__init__()
         self.period, self.prompt = 1.0 / swarm.control.rate_hz, frozenset({MISSION})
         self._pose_key, self._orders = Key("pose", uav(number)), orders
         self._lead, self._sign = LeadMessages(swarm, number, now), LeaderSign(swarm, number)

@@ -65,7 +65,6 @@ class GatewayCore(Ground):
     def __init__(
         self, swarm: Swarm, source: Source, now: int = 0, store: Store | None = None, chance: Randomness | None = None
     ) -> None:
-        super().__init__()
         self.source, self.kind = source, swarm.gateway.source
         self.triggers = source.triggers
         self.prompt = frozenset({MISSION, PROPOSAL})

@@ -11,7 +11,6 @@ class Bystander(Ground):
     """Reports its `phase`."""
 
     def __init__(self, phase: Phase, period: float) -> None:
-        super().__init__()
         self.period, self._phase = period, phase  # s
 
     def report(self, now: int) -> Report:

@@ -141,9 +141,8 @@ class Framed(Protocol):
 class Ground:
     """Common part of cores without a drone: they may end at any time, and step at their own rate."""
 
-    def __init__(self) -> None:
-        self.triggers: frozenset[Key] = frozenset()
-        self.prompt: frozenset[Key] = frozenset()
+    triggers: frozenset[Key] = frozenset()
+    prompt: frozenset[Key] = frozenset()
 
     def receive(self, key: Key, message: Message, now: int) -> None:
         """Ignore all messages."""

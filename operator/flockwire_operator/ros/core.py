@@ -91,7 +91,6 @@ class RosCore(Ground):
     period = PERIOD
 
     def __init__(self, plan: Plan, new_giver: Callable[[], int] = lambda: secrets.randbits(31)) -> None:
-        super().__init__()
         self.operator = OperatorCore(plan, new_giver)
         self.services = Services(plan.swarm, self.operator)
         leader = next((i for i, one in plan.swarm.leading.items() if one.follows_ros), None)

@@ -27,7 +27,6 @@ class TwinCore(Ground):
     """Tracks the simulated airframes of a swarm; calls what it serves with each frame at its send time."""
 
     def __init__(self, start: Start) -> None:
-        super().__init__()
         self.swarm = swarm = start.plan.swarm
         self._deliver: Deliver | None = None
         gateway = swarm.gateway
