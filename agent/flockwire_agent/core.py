@@ -99,8 +99,7 @@ class AgentCore:
     def report(self, now: int) -> Report:
         """Return the agent's status; an error of its law, and a neighbour left out, are reasons with a code."""
         pilot, exchange, judged, failure = self._pilot, self._exchange, self._judged, self._law.failure
-        place = estimated_place(*judged) if judged is not None else None
-        error = formation_error(*judged, place) if judged is not None else NONE
+        place, error = place_and_error(*judged) if judged is not None else (None, NONE)
         report = exchange.reported(pilot.report(now, error, shown(exchange.oldest(now)), place))
         counts = counted(
             (LAW_STEPS, pilot.commanded),
@@ -157,18 +156,12 @@ def make_core(start: Start) -> Core:
     return AgentCore(swarm, start.drone, start.now, stopwatch, start.aside, start.law)
 
 
-def estimated_place(observation: Observation, decision: Decision) -> Vector | None:
-    """Return the place h_i + eta_i, m; None without one."""
-    place, leader = observation.place, decision.message
-    if not isinstance(leader, LeaderMotion) or observation.motion is None or place is None:
-        return None
-    goal = add(place.offset((observation.stamp - place.start) / SECOND), leader.position)
-    return goal if all(map(isfinite, goal)) else None
-
-
-def formation_error(observation: Observation, decision: Decision, place: Vector | None) -> float:
-    """Return the law's own error, else |x_i − h_i − eta_i|, m; NONE without one."""
-    if decision.error is not None and observation.place is not None:
-        return float(decision.error)
-    motion = observation.motion
-    return dist(motion.position, place) if motion is not None and place is not None else NONE
+def place_and_error(observation: Observation, decision: Decision) -> tuple[Vector | None, float]:
+    """Return the place h_i + eta_i, m, and the law's own error, else |x_i − h_i − eta_i|, m; None and NONE without."""
+    place, leader, motion, goal = observation.place, decision.message, observation.motion, None
+    if isinstance(leader, LeaderMotion) and motion is not None and place is not None:
+        found = add(place.offset((observation.stamp - place.start) / SECOND), leader.position)
+        goal = found if all(map(isfinite, found)) else None
+    if decision.error is not None and place is not None:
+        return goal, float(decision.error)
+    return goal, dist(motion.position, goal) if motion is not None and goal is not None else NONE
