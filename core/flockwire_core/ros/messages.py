@@ -82,7 +82,7 @@ def odometry(stamp: int, frame: str, child: str, position: Vector, orientation: 
 def transforms(frame: str, poses: Sequence[NamedPose]) -> bytes:
     """Return a tf2_msgs/TFMessage: the poses of other frames in `frame`."""
     writer = Writer()
-    writer.length(len(poses))
+    writer.unsigned(len(poses))
     for stamp, name, position, orientation, _ in poses:
         writer.time(stamp)
         writer.text(frame)
@@ -95,7 +95,7 @@ def transforms(frame: str, poses: Sequence[NamedPose]) -> bytes:
 def pose_array(stamp: int, frame: str, poses: Sequence[tuple[Vector, Quaternion]]) -> bytes:
     """Return a geometry_msgs/PoseArray."""
     writer = begun(stamp, frame)
-    writer.length(len(poses))
+    writer.unsigned(len(poses))
     if poses:
         writer.put_all("d", *(x for pose in poses for part in pose for x in part))
     return writer.finish()
@@ -122,7 +122,7 @@ def diagnostic(status: DiagnosticStatus) -> bytes:
 def diagnostics(stamp: int, statuses: Sequence[DiagnosticStatus]) -> bytes:
     """Return a diagnostic_msgs/DiagnosticArray."""
     writer = begun(stamp, "")
-    writer.length(len(statuses))
+    writer.unsigned(len(statuses))
     for status in statuses:
         _write_diagnostic(writer, status)
     return writer.finish()
@@ -146,7 +146,7 @@ def trigger_response(success: bool, message: str) -> bytes:
 def marker_array(stamp: int, frame: str, markers: Sequence[Marker], lifetime: float) -> bytes:
     """Return a visualization_msgs/MarkerArray: each is drawn for `lifetime` s, unless it comes again."""
     writer = Writer()
-    writer.length(len(markers))
+    writer.unsigned(len(markers))
     for marker in markers:
         writer.time(stamp)
         writer.text(frame)
@@ -156,10 +156,10 @@ def marker_array(stamp: int, frame: str, markers: Sequence[Marker], lifetime: fl
         writer.put_all("f", *marker.colour)
         writer.put_all("i", int(lifetime), int(lifetime % 1.0 * 1e9))
         writer.byte(0)  # not locked to its frame
-        writer.length(len(marker.points))
+        writer.unsigned(len(marker.points))
         if marker.points:
             writer.put_all("d", *(x for point in marker.points for x in point))
-        writer.length(0)  # colours of points
+        writer.unsigned(0)  # colours of points
         writer.text("")  # texture
         writer.time(0)
         for text in ("", ""):  # the texture's frame and format
@@ -167,7 +167,7 @@ def marker_array(stamp: int, frame: str, markers: Sequence[Marker], lifetime: fl
         writer.put_all("I", 0, 0)  # the texture's data, and its coordinates
         for text in (marker.text, "", ""):  # text, mesh, and the file of the mesh
             writer.text(text)
-        writer.length(0)  # its data
+        writer.unsigned(0)  # its data
         writer.byte(0)
     return writer.finish()
 

@@ -62,7 +62,7 @@ class BatchBuilder:
 
 def write_batch(writer: Writer, batch: Batch) -> None:
     """Append a batch's entries, after its stamp and frame."""
-    writer.length(len(batch.entries))
+    writer.unsigned(len(batch.entries))
     for key, sequence, sent, payload in batch.entries:
         writer.put_all("q", sequence, sent)
         writer.text(key)

@@ -50,7 +50,7 @@ class Writer:
         self._data.append(value)
 
     def unsigned(self, value: int) -> None:
-        """Append a number of 32 bits."""
+        """Append a number of 32 bits, as the length of a sequence is one."""
         self._align(3)
         write_i32_le(self._data, value if value <= MOST // 2 else value - MOST - 1)
 
@@ -90,13 +90,13 @@ class Writer:
     def text(self, value: str) -> None:
         """Append a string."""
         raw = value.encode()
-        self.length(len(raw) + 1)
+        self.unsigned(len(raw) + 1)
         self._data.write(raw)
         self._data.append(0)
 
     def octets(self, data: bytes) -> None:
         """Append a sequence of bytes."""
-        self.length(len(data))
+        self.unsigned(len(data))
         self._data.write(data)
 
     def raw(self, data: bytes) -> None:
@@ -105,19 +105,15 @@ class Writer:
 
     def texts(self, values: tuple[str, ...], fields: int = 1) -> None:
         """Append a sequence of strings, or of messages that are so many strings each."""
-        self.length(len(values) // fields)
+        self.unsigned(len(values) // fields)
         for value in values:
             self.text(value)
 
     def numbers(self, code: str, values: tuple[float, ...]) -> None:
         """Append a sequence of numbers."""
-        self.length(len(values))
+        self.unsigned(len(values))
         if values:
             self.put_all(code, *values)
-
-    def length(self, count: int) -> None:
-        """Append the length of a sequence."""
-        self.unsigned(count)
 
     def finish(self) -> bytes:
         """Return the message."""

@@ -99,7 +99,7 @@ def _decode_command(data: bytes) -> Command:
 
 def _encode_nearby(nearby: Nearby) -> bytes:
     writer = begun(nearby.stamp, nearby.frame)
-    writer.length(len(nearby.bodies))
+    writer.unsigned(len(nearby.bodies))
     for body in nearby.bodies:
         writer.byte(int(body.kind))
         writer.vector(body.relative_position)
@@ -156,7 +156,7 @@ def _read_telemetry(stamp: int, frame: str, reader: Reader) -> Telemetry:
 
 
 def _write_signals(writer: Writer, signals: Signals) -> None:
-    writer.length(len(signals.values))
+    writer.unsigned(len(signals.values))
     for name, value in signals.values:
         writer.text(name)
         writer.double(value)

@@ -95,7 +95,7 @@ def write_law_message(writer: Writer, message: LawMessage) -> None:
     """Append a law's message."""
     writer.long(message.epoch)
     writer.long(message.sequence)
-    writer.length(len(message.contents))
+    writer.unsigned(len(message.contents))
     for stamp, data in message.contents:
         writer.long(stamp)
         writer.raw(data)

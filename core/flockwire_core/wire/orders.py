@@ -52,7 +52,7 @@ def read_mission(stamp: int, frame: str, reader: Reader) -> Mission:
 def write_versions(writer: Writer, versions: tuple[Version, ...]) -> None:
     """Append the named orders, at most the last MOST_VERSIONS."""
     named = versions[-MOST_VERSIONS:]
-    writer.length(len(named))
+    writer.unsigned(len(named))
     for stamp, giver in named:
         writer.time(stamp)
         writer.unsigned(giver)

@@ -50,7 +50,7 @@ def sensed(
 def write_sighting(writer: Writer, sighting: Sighting) -> None:
     """Append a sighting."""
     for group in (sighting.neighbours, sighting.around):
-        writer.length(len(group))
+        writer.unsigned(len(group))
         for seen in group:
             writer.put_all("i", seen.number)
             writer.double(seen.age)

@@ -38,7 +38,7 @@ def test_another_representation_is_refused(header):
 
 def test_a_sequence_longer_than_any_is_refused_before_it_is_read():
     writer = Writer()
-    writer.length(LONGEST_SEQUENCE + 1)
+    writer.unsigned(LONGEST_SEQUENCE + 1)
     with pytest.raises(MessageError, match="the most is"):
         Reader(writer.finish()).length()
 

@@ -125,7 +125,7 @@ def named(stamp, places):
     writer = Writer()
     writer.time(stamp)
     writer.text("world")
-    writer.length(len(places))
+    writer.unsigned(len(places))
     for name, x in places.items():
         writer.text(name)
         writer.put_all("d", x, 0.0, 1.0, *LEVEL)

@@ -135,7 +135,7 @@ def named_poses(stamp: int, *names: str) -> bytes:
     writer = Writer()
     writer.time(stamp)
     writer.text("world")
-    writer.length(len(names))
+    writer.unsigned(len(names))
     for k, name in enumerate(names):
         writer.text(name)
         writer.put_all("d", float(k), 0.0, 1.0, *LEVEL)
