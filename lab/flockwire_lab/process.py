@@ -137,10 +137,6 @@ class VirtualProcess:
         timekeeping = self._timekeeping
         core = self._core = self._make_core(self._now, self._starts - 1)
         self._edited = isinstance(core, FaultyCore)
-        if isinstance(core, Networked) and core.sockets:
-            self._networked = core
-            for address in core.sockets:
-                self._network.bind(address, self._take_datagram)
         prompt = prompt_keys(core) | timekeeping.keys
         self._slots = [Slot(slot.inbox, slot.timing, slot.inbox.key in prompt) for slot in self._slots]
         status = StatusPublisher(
@@ -149,8 +145,12 @@ class VirtualProcess:
         buffered = [slot for slot in self._slots if not slot.prompt]
         self._stepper = Stepper(
             core, self._plan.swarm.name, buffered, self._slots, self._publish, timekeeping,
-            None if self.identity in self._plan.operators else status, None if self._networked is None else self._flush,
+            None if self.identity in self._plan.operators else status,
         )  # fmt: skip
+        if isinstance(core, Networked) and core.sockets:
+            self._networked, self._stepper.flush = core, self._flush
+            for address in core.sockets:
+                self._network.bind(address, self._take_datagram)
         self._period = self.clock.true_length(round(tick_period(core) * SECOND))
         self._scheduler.at(self._scheduler.now + self._period, self._tick, self._starts)
 

@@ -28,4 +28,4 @@ def feed(core: Core, step: Callable[[], None]) -> AbstractAsyncContextManager[No
 
 async def run(job: Job) -> None:
     """Run the gateway until it must end; raises OSError if its source cannot be opened."""
-    await run_core(job, feed)
+    await run_core(job, lambda core, shell: feed(core, shell.step))

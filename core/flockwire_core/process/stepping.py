@@ -136,7 +136,7 @@ class Stepper:
     A core's time never goes back and has no steps: a step of the process's clock, swarm time, moves the core's time
     `ahead` of it by as much, and all times in messages by so much on their way in and out.
 
-    `flush` sends the datagrams of a core; it is called after each received message and each step. While triggers
+    `flush` sends the datagrams of a core that has some, after each received message and each step. While triggers
     arrive, ticks make no step.
     """
 
@@ -149,9 +149,9 @@ class Stepper:
         publish: Publish,
         timekeeping: Timekeeping,
         status: StatusPublisher | None,
-        flush: Callable[[int], None] | None = None,
     ) -> None:
-        self._core, self._publish, self._status, self._flush = core, publish, status, flush
+        self._core, self._publish, self._status = core, publish, status
+        self.flush: Callable[[int], None] | None = None
         self._timekeeping = timekeeping
         timekeeping.follow(lambda by: self._shift(-by))
         self._receive, self._due = core.receive, core.due if isinstance(core, Framed) else None
@@ -191,8 +191,8 @@ class Stepper:
         inbox = source.inbox
         key = inbox.key
         self._receive(key, message, now)
-        if self._flush is not None:
-            self._flush(now)
+        if self.flush is not None:
+            self.flush(now)
         if key not in self._triggers or (self._due is not None and not self._due(key)):
             return
         stamp = message.stamp
@@ -230,8 +230,8 @@ class Stepper:
             if message is not None:
                 self._receive(source.inbox.key, message, now)
         messages = core.step(now)
-        if self._flush is not None:
-            self._flush(now)
+        if self.flush is not None:
+            self.flush(now)
         ahead = self._ahead
         self._publish(messages if not ahead else [(key, shifted(message, -ahead)) for key, message in messages])
         status = self._status

@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import errno
 from collections.abc import AsyncIterator, Callable
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from functools import partial
 
 from flockwire_core import clock
 from flockwire_core.process.cores import Address, Core, Networked
+from flockwire_core.process.stepping import Stepper
+from flockwire_core.runtime.job import Job
 from flockwire_core.runtime.session import EndpointInUseError
+from flockwire_core.runtime.shell import Shell, run_core
 
 
 class Sockets:
-    """The sockets of `core`, served in the running loop."""
+    """The sockets of `core`, served in the running loop; `time` returns the core's time (process/stepping.py)."""
 
-    def __init__(self, core: Networked) -> None:
-        self.time: Callable[[int], int] = lambda now: now  # the core's (process/stepping.py)
-        self.core = core
+    def __init__(self, core: Networked, time: Callable[[int], int]) -> None:
+        self.core, self.time = core, time
         self.transports: dict[Address, asyncio.DatagramTransport] = {}
 
     def flush(self, now: int) -> None:
@@ -43,13 +45,15 @@ class _Socket(asyncio.DatagramProtocol):
         """Ignore a closed port or a missing route: the core detects missing replies."""
 
 
-@contextlib.asynccontextmanager
-async def serve(core: Core) -> AsyncIterator[Sockets | None]:
-    """Serve the sockets of `core` during the context; None for a core without sockets. Raises EndpointInUseError."""
-    if not isinstance(core, Networked) or not core.sockets:
-        yield None
-        return
-    sockets, loop = Sockets(core), asyncio.get_running_loop()
+def feed(core: Core, shell: Shell) -> AbstractAsyncContextManager[None] | None:
+    """Return the context in which the sockets of `core` are served; None for a core without sockets."""
+    return _served(core, shell.stepper) if isinstance(core, Networked) and core.sockets else None
+
+
+@asynccontextmanager
+async def _served(core: Networked, stepper: Stepper) -> AsyncIterator[None]:
+    """Serve the sockets of `core` during the context. Raises EndpointInUseError."""
+    sockets, loop = Sockets(core, stepper.time), asyncio.get_running_loop()
     try:
         for address in core.sockets:
             try:
@@ -57,11 +61,17 @@ async def serve(core: Core) -> AsyncIterator[Sockets | None]:
             except OSError as error:
                 raise EndpointInUseError(_reason(address, error)) from None
             sockets.transports[address] = transport
-        yield sockets
+        stepper.flush = sockets.flush
+        yield
     finally:
         for transport in sockets.transports.values():
             transport.close()
         sockets.transports.clear()
+
+
+async def run(job: Job) -> None:
+    """Run a core that may have sockets until the process must end; raises EndpointInUseError."""
+    await run_core(job, feed)
 
 
 def _reason(address: Address, error: OSError) -> str:

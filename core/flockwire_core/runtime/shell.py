@@ -6,7 +6,6 @@ The stepper decides when to step, and what to count and report (process/stepping
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import logging
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
@@ -19,7 +18,6 @@ from flockwire_core.process.cores import Core, Start
 from flockwire_core.process.stepping import StatusPublisher, StepCounts, Stepper, prompt_keys, tick_period
 from flockwire_core.process.stopwatch import Stopwatch
 from flockwire_core.process.timekeeping import Timekeeping, patience
-from flockwire_core.runtime.datagrams import Sockets, serve
 from flockwire_core.runtime.ending import Ending, last_resort, wait_for_end
 from flockwire_core.runtime.job import FileStore, Job, connect_job
 from flockwire_core.runtime.refusals import Refusals
@@ -37,22 +35,15 @@ from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import Report, Status
 
-Feed = Callable[[Core, Callable[[], None]], AbstractAsyncContextManager[None] | None]
-"""Opens an input that is no key, for a core; calls the function it is given when the core is to step for it."""
+Feed = Callable[[Core, "Shell"], AbstractAsyncContextManager[None] | None]
+"""Opens an input that is no key, for the core of a shell; None if it has none."""
 
 
 class Shell:
     """Runs one core on one session, in the running loop and where it may on the thread on which Zenoh receives."""
 
     def __init__(
-        self,
-        core: Core,
-        plan: Plan,
-        identity: str,
-        session: Session,
-        swarm_clock: SwarmClock,
-        status: StatusPublisher,
-        sockets: Sockets | None,
+        self, core: Core, plan: Plan, identity: str, session: Session, swarm_clock: SwarmClock, status: StatusPublisher
     ) -> None:
         self._running, self._lock = False, swarm_clock.lock
         timed, wakeup = swarm_clock.timekeeping, Wakeup(self._arrived, swarm_clock.lock)
@@ -60,12 +51,8 @@ class Shell:
         buffered = [session.buffered(key) for key in keys if key not in prompt]
         prompts = [session.prompt(key, wakeup) for key in keys if key in prompt]
         self._wakeup = wakeup
-        flush = None if sockets is None else sockets.flush
         inputs = [*buffered, *prompts, *swarm_clock.prompts]
-        self._stepper = Stepper(core, plan.swarm.name, buffered, inputs, session.publish, timed, status, flush)
-        self.time = self._stepper.time
-        if sockets is not None:
-            sockets.time = self.time
+        self.stepper = Stepper(core, plan.swarm.name, buffered, inputs, session.publish, timed, status)
         self._ticker = Ticker(tick_period(core), self._tick, swarm_clock.lock)
 
     def start(self, direct: bool = False) -> None:
@@ -83,14 +70,14 @@ class Shell:
         """Step for input that arrived by another way than the session."""
         with self._lock:
             if self._running:
-                self._stepper.step_on_external_input(clock.now())
+                self.stepper.step_on_external_input(clock.now())
 
     def _arrived(self, prompt: Prompt) -> None:
         if self._running:
-            self._stepper.arrived(prompt, clock.now())
+            self.stepper.arrived(prompt, clock.now())
 
     def _tick(self, lateness: int, skipped: int) -> None:
-        self._stepper.tick(lateness, skipped, clock.now())
+        self.stepper.tick(lateness, skipped, clock.now())
 
 
 def status_publisher(
@@ -138,8 +125,7 @@ async def run_core(job: Job, feed: Feed | None = None) -> None:
     session = await connect_job(job, ending.ended)
     if session is None:
         return
-    async with contextlib.AsyncExitStack() as stack:
-        stack.enter_context(session)
+    with session:
         swarm_clock = SwarmClock(plan, identity, session)
         loop = asyncio.get_running_loop()
         status = status_publisher(plan, identity, session, refusals, swarm_clock.timekeeping, loop)
@@ -149,10 +135,9 @@ async def run_core(job: Job, feed: Feed | None = None) -> None:
         store = FileStore((job.keys or default_folder(plan.swarm.name)) / f"{identity}.kept")
         aside = ThreadPoolExecutor(1, "aside").submit  # starts a thread with its first task
         core = job.make_core(Start(plan, identity, clock.now(), chance, status.stopwatch, store, aside, prompt_law))
-        sockets = await stack.enter_async_context(serve(core))
-        shell = Shell(core, plan, identity, session, swarm_clock, status, sockets)
-        fed = feed(core, shell.step) if feed is not None else None
-        shell.start(direct=sockets is None and fed is None)
+        shell = Shell(core, plan, identity, session, swarm_clock, status)
+        fed = feed(core, shell) if feed is not None else None
+        shell.start(direct=fed is None)
         with last_resort(identity, shell.stop):
             async with fed or nullcontext():
-                await wait_for_end(core, plan, identity, session, ending, swarm_clock.lock, shell.time)
+                await wait_for_end(core, plan, identity, session, ending, swarm_clock.lock, shell.stepper.time)

@@ -47,7 +47,7 @@ async def excite(
                     core.failure = children.died() or UNTIMED
                     return core
                 status = status_publisher(plan, pilot, session, Refusals(pilot), swarm_clock.timekeeping)
-                shell = Shell(core, plan, pilot, session, swarm_clock, status, None)
+                shell = Shell(core, plan, pilot, session, swarm_clock, status)
                 shell.start()
                 await _watch(core, uav(number), children, interrupted)
                 shell.stop()
