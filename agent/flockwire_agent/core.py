@@ -18,9 +18,8 @@ from flockwire_core.parameters import pilot_parameters
 from flockwire_core.pilot.law_command import LawCommand
 from flockwire_core.pilot.orders import is_known
 from flockwire_core.pilot.pilot import Pilot, shown
-from flockwire_core.process.cores import Aside, Core, MakeLaw, Start, at_once
-from flockwire_core.process.stopwatch import Stopwatch
-from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.process.cores import Start
+from flockwire_core.swarm.model import uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.information import accelerates, information_of
 from flockwire_core.wire.keys import MISSION, Key
@@ -35,12 +34,10 @@ NONE = -1.0  # m: there is no formation error
 
 
 class AgentCore:
-    """Follower `number` of `swarm`; started at `now` (Unix ns). The `stopwatch` measures its law, `aside` plans."""
+    """The follower of `start`; its stopwatch measures a law of the user's own, and plans are computed aside."""
 
-    def __init__(
-        self, swarm: Swarm, number: int, now: int, stopwatch: Stopwatch | None = None, aside: Aside = at_once,
-        law: MakeLaw | None = None,
-    ) -> None:  # fmt: skip
+    def __init__(self, start: Start) -> None:
+        swarm, number, now = start.plan.swarm, start.drone, start.now
         parameters, name = pilot_parameters(swarm, number), uav(number)
         self._pilot = pilot = Pilot(parameters, now)
         self.retire, self.may_end = pilot.retire, pilot.may_end
@@ -49,8 +46,9 @@ class AgentCore:
         self.period = parameters.guard.period
         self._frame, self._signals_key = swarm.frame, Key("signals", name)
         declared = information_of(swarm)
-        form, make = law_form(declared), partial(law or follower_law, swarm, number)
-        self._law = GuardedLaw(make, name, stopwatch, declared, form, aside)
+        form, make = law_form(declared), partial(start.law or follower_law, swarm, number)
+        stopwatch = start.stopwatch if swarm.control.own_law else None
+        self._law = GuardedLaw(make, name, stopwatch, declared, form, start.aside)
         self._exchange = Exchange(swarm, number, declared, form, pilot.born)
         self._site = site_of(swarm, number, pilot.born)
         pilot.accelerates = accelerates(swarm, number)
@@ -147,13 +145,6 @@ class AgentCore:
             self._exchange.leave_out(flight.mission.without)
             self._site.order(flight.mission, now)
         self._law.restart()
-
-
-def make_core(start: Start) -> Core:
-    """Return the core of one follower's agent."""
-    swarm = start.plan.swarm
-    stopwatch = start.stopwatch if swarm.control.own_law else None
-    return AgentCore(swarm, start.drone, start.now, stopwatch, start.aside, start.law)
 
 
 def place_and_error(observation: Observation, decision: Decision) -> tuple[Vector | None, float]:

@@ -6,6 +6,7 @@ from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import dist, hypot, inf, sqrt
+from random import Random
 from statistics import fmean
 from typing import Any
 
@@ -19,9 +20,11 @@ from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector, add, limit, norm, scale, subtract
 from flockwire_core.loading import parse_swarm
+from flockwire_core.process.cores import Start
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.keys import MISSION, STOP, Key
 from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import Report, Status
 from flockwire_lab.process import Published
 from flockwire_lab.world import World
@@ -35,7 +38,7 @@ class Cockpit:
 
     def __init__(self, swarm: Swarm, number: int, position: Vector = (3.0, 0.0, 0.0)) -> None:
         self.now, self.swarm, self.number, self.ordered = BEGAN, swarm, number, 0
-        self.core = AgentCore(swarm, number, BEGAN)
+        self.core = AgentCore(Start(Plan(swarm), uav(number), BEGAN, Random(0)))
         self.position, self.leader = position, (0.0, 0.0, 1.0)
         self.leader_phase, self.leading = Phase.FORMATION, Leading.LEADS  # what it reports; what others say of it
         self.origin: int | None = None  # of the neighbours' estimates, Unix ns; None: they are news

@@ -1,6 +1,7 @@
 """All agents of a swarm, their messages handed over by hand, on ideal airframes."""
 
 from math import dist
+from random import Random
 
 import pytest
 from flockwire_agent.core import AgentCore
@@ -11,16 +12,19 @@ from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import add, scale
+from flockwire_core.process.cores import Start
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.keys import MISSION, Key
 from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.plan import Plan
 
 BEGAN = 1_790_000_000 * SECOND
 
 
 def fly(swarm, seconds):
     """Fly from the air; returns the followers' positions, the leader's, and the agents' reports."""
-    agents = {i: AgentCore(swarm, i, BEGAN) for i in swarm.followers}
+    plan = Plan(swarm)
+    agents = {i: AgentCore(Start(plan, uav(i), BEGAN, Random(0))) for i in swarm.followers}
     places = {i: (*swarm.drone(i).start[:2], 1.0) for i in swarm.followers}
     start = Mission(BEGAN + 1, "world", "start", BEGAN, number=1)
     said, leader, now = {}, (0.0, 0.0, 1.0), BEGAN

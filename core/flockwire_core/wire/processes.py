@@ -133,7 +133,7 @@ AGENT = Process(
     "agent",
     "Run the agent of one follower.",
     lambda swarm: tuple(Member(uav(i), i) for i in swarm.followers),
-    "flockwire_agent.core:make_core",
+    "flockwire_agent.core:AgentCore",
     port=0,
     numbered=True,
     pilot=True,
