@@ -19,7 +19,6 @@ from flockwire_core.runtime.topics import in_order, recorded_topic
 from flockwire_core.trace_files import next_part
 from flockwire_core.wire.keys import ROWS, Key
 from flockwire_core.wire.phase import Phase
-from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.schemas import ROS_TYPES
 from flockwire_core.wire.status import Report, counted
 
@@ -30,10 +29,11 @@ from flockwire_recorder.trace import TraceWriter, describe, log_time_of, publica
 class Recorder:
     """Drains all keys into a trace. `full` is why nothing more can be written, None otherwise."""
 
-    def __init__(self, plan: Plan, identity: str, session: Session, trace: TraceWriter, refusals: Refusals) -> None:
+    def __init__(self, session: Session, trace: TraceWriter, refusals: Refusals) -> None:
+        plan, identity = session.plan, session.identity
         self._trace, self._log = trace, logging.getLogger(identity)
         self._clock = SwarmClock(plan, identity, session)
-        self._status = status_publisher(plan, identity, session, refusals, self._clock.timekeeping)
+        self._status = status_publisher(session, refusals, self._clock.timekeeping)
         self._counts = StepCounts()
         self._rejected: Counter[str] = Counter()
         self.full: TraceFullError | None = None
@@ -94,9 +94,9 @@ async def run(job: Job) -> None:
         job.out.mkdir(parents=True, exist_ok=True)
         seed = plan.swarm.gateway.seed
         trace = TraceWriter(next_part(job.out), describe(plan.swarm, job.toml, seed, clock.now(), job.notes))
-        recorder, core = Recorder(plan, identity, session, trace, refusals), make_recorder()
+        recorder, core = Recorder(session, trace, refusals), make_recorder()
         ticker = Ticker(core.period, recorder.tick)
         ticker.start()
         with last_resort(identity, ticker.stop):
-            await wait_for_end(core, plan, identity, session, ending)
+            await wait_for_end(core, session, ending)
             recorder.close()  # before the last resort: a slow disk takes its time, who supervises ends what hangs

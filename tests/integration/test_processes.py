@@ -135,8 +135,8 @@ def test_an_agent_receives_its_own_and_its_neighbours_and_nothing_else(
     async def listen() -> None:
         with Session(fleet.plan, "uav3", fleet.keys) as session:
             swarm_clock = SwarmClock(fleet.plan, "uav3", session)
-            status = status_publisher(fleet.plan, "uav3", session, Refusals("uav3"), swarm_clock.timekeeping)
-            shell = Shell(spy, fleet.plan, "uav3", session, swarm_clock, status)
+            status = status_publisher(session, Refusals("uav3"), swarm_clock.timekeeping)
+            shell = Shell(spy, session, swarm_clock, status)
             shell.start()
             await asyncio.to_thread(
                 tower.wait, lambda seen: "uav3" in seen and seen.get("uav1") and seen["uav1"].report.phase == "ready"

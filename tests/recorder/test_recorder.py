@@ -47,7 +47,8 @@ def recording(tmp_path, swarm_of):
     """Return a recorder, its session and its trace."""
     plan, session = Plan(swarm_of()), BufferedSession()
     trace = TraceWriter(tmp_path / "trace.mcap", describe(plan.swarm, "", 0, T0))
-    return Recorder(plan, "recorder", session, trace, Refusals()), session, trace
+    session.plan, session.identity = plan, "recorder"
+    return Recorder(session, trace, Refusals()), session, trace
 
 
 POSE, STATUS = Key("pose", "uav1"), Key("status", "uav1")
@@ -125,7 +126,9 @@ def test_the_trace_is_complete_before_the_process_is_ended_in_any_case(monkeypat
             raise TraceFullError(ENOSPC, "the trace takes no more: No space left on device", "trace.mcap")
 
     async def at_once(*_):
-        return LinkedSession()
+        session = LinkedSession()
+        session.plan, session.identity = job.plan, job.identity
+        return session
 
     class LastTimer:
         def __init__(self, _, __, arguments):
@@ -289,7 +292,8 @@ def test_what_a_gateway_publishes_of_forty_drones_that_see_each_other_is_all_rec
     )
     session, now, sent = BufferedSession(), T0, 0
     trace = TraceWriter(tmp_path / "trace.mcap", describe(plan.swarm, "", 0, T0))
-    recorder, batch = Recorder(plan, "recorder", session, trace, Refusals()), Key(BATCH, "gateway")
+    session.plan, session.identity = plan, "recorder"
+    recorder, batch = Recorder(session, trace, Refusals()), Key(BATCH, "gateway")
 
     class Publisher:
         def put(self, payload, attachment):

@@ -15,7 +15,6 @@ from flockwire_core import clock
 from flockwire_core.process.cores import Core
 from flockwire_core.runtime.session import Session
 from flockwire_core.runtime.ticker import NO_LOCK
-from flockwire_core.wire.plan import Plan
 
 LIFELINE = "FLOCKWIRE_LIFELINE"  # file descriptor whose end means that the parent is gone
 LAST_RESORT = 1.8  # s for closing the session
@@ -58,27 +57,26 @@ class Ending:
 
 async def wait_for_end(
     core: Core,
-    plan: Plan,
-    identity: str,
     session: Session,
     ending: Ending,
     lock: AbstractContextManager[object] = NO_LOCK,
     time: Callable[[int], int] = int,
 ) -> None:
-    """Wait until the process must end and may, because it has no drone in the air.
+    """Wait until the process of `session` must end and may, because it has no drone in the air.
 
     If the parent is gone, it also waits for all linked processes that end before it by the process table. `lock` is
     held while the core is asked, and `time` returns its time at a swarm time (process/stepping.py).
     """
     await ending.ended.wait()
-    log, rank = logging.getLogger(identity), plan.rows[identity].rank
+    rows = session.plan.rows
+    log, rank = logging.getLogger(session.identity), rows[session.identity].rank
     with lock:
         core.retire(time(clock.now()))
         flying = not core.may_end(time(clock.now()))
     if flying:
         log.info("shutdown: lands first (a second signal ends it at once)")
     while not ending.insisted:
-        before = [other for other in session.linked() if other in plan.rows and plan.rows[other].rank < rank]
+        before = [other for other in session.linked() if other in rows and rows[other].rank < rank]
         with lock:
             if core.may_end(time(clock.now())) and not (ending.orphaned and before):
                 break

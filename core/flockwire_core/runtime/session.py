@@ -115,7 +115,7 @@ class Session(contextlib.AbstractContextManager["Session"]):
         """
         if not 0 <= clock.now() < LATEST:
             raise ClockError(BAD_CLOCK.format(utc=clock.utc()))
-        self._plan, self._identity, swarm = plan, identity, plan.swarm
+        self.plan, self.identity, swarm = plan, identity, plan.swarm
         self._publishing: Publishing | None = None
         credentials, folder = None, keys or default_folder(swarm.name)
         if swarm.network.security == "mtls":
@@ -162,8 +162,8 @@ class Session(contextlib.AbstractContextManager["Session"]):
         """Subscribe to `key`; `wakeup` calls its handler in the running loop as soon as a sample arrives."""
         prompt = Prompt(Inbox(key), wakeup)
         callback = zenoh.handlers.Callback(prompt.arrived, indirect=False)
-        for session in self._carrying(key in self._plan.from_operators):
-            session.declare_subscriber(self._plan.text(key), callback, allowed_origin=zenoh.Locality.REMOTE)
+        for session in self._carrying(key in self.plan.from_operators):
+            session.declare_subscriber(self.plan.text(key), callback, allowed_origin=zenoh.Locality.REMOTE)
         return prompt
 
     def every(self, key: Key, capacity: int) -> Rings:
@@ -190,9 +190,9 @@ class Session(contextlib.AbstractContextManager["Session"]):
         except zenoh.ZError as error:
             if config["mode"] == "client":
                 raise RouterAbsentError from None
-            base = self._plan.swarm.network.base_port
+            base = self.plan.swarm.network.base_port
             raise EndpointInUseError(
-                f"{self._identity} cannot listen at {where} (network.base_port = {base}): {_reason(error)}"
+                f"{self.identity} cannot listen at {where} (network.base_port = {base}): {_reason(error)}"
             ) from None
 
     def _carrying(self, operators: bool) -> list[zenoh.Session]:
@@ -201,20 +201,20 @@ class Session(contextlib.AbstractContextManager["Session"]):
 
     def _rings(self, key: Key, capacity: int, origin: zenoh.Locality) -> Rings:
         rings = []
-        for session in self._carrying(key in self._plan.from_operators):
+        for session in self._carrying(key in self.plan.from_operators):
             ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(capacity)
-            rings.append(session.declare_subscriber(self._plan.text(key), ring, allowed_origin=origin))
+            rings.append(session.declare_subscriber(self.plan.text(key), ring, allowed_origin=origin))
         return Rings(rings)
 
     def _declare(self, key: Key) -> tuple[zenoh.Publisher, ...]:
         return tuple(
             session.declare_publisher(
-                self._plan.text(key),
+                self.plan.text(key),
                 priority=_PRIORITIES[ROWS[key.kind].delivery],
                 congestion_control=zenoh.CongestionControl.DROP,  # waiting for a silent peer would delay all others
                 express=ROWS[key.kind].delivery is Delivery.EVENT,
             )
-            for session in self._carrying(key in self._plan.to_operators)
+            for session in self._carrying(key in self.plan.to_operators)
         )
 
 

@@ -32,7 +32,6 @@ from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.phase import Phase
-from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import Report, Status
 
 Feed = Callable[[Core, "Shell"], AbstractAsyncContextManager[None] | None]
@@ -42,17 +41,16 @@ Feed = Callable[[Core, "Shell"], AbstractAsyncContextManager[None] | None]
 class Shell:
     """Runs one core on one session, in the running loop and where it may on the thread on which Zenoh receives."""
 
-    def __init__(
-        self, core: Core, plan: Plan, identity: str, session: Session, swarm_clock: SwarmClock, status: StatusPublisher
-    ) -> None:
+    def __init__(self, core: Core, session: Session, swarm_clock: SwarmClock, status: StatusPublisher) -> None:
         self._running, self._lock = False, swarm_clock.lock
         timed, wakeup = swarm_clock.timekeeping, Wakeup(self._arrived, swarm_clock.lock)
-        keys, prompt = [key for key in plan.subscribes[identity] if key not in timed.keys], prompt_keys(core)
+        keys, prompt = session.plan.subscribes[session.identity], prompt_keys(core)
+        keys = tuple([key for key in keys if key not in timed.keys])
         buffered = [session.buffered(key) for key in keys if key not in prompt]
         prompts = [session.prompt(key, wakeup) for key in keys if key in prompt]
         self._wakeup = wakeup
         inputs = [*buffered, *prompts, *swarm_clock.prompts]
-        self.stepper = Stepper(core, plan.swarm.name, buffered, inputs, session.publish, timed, status)
+        self.stepper = Stepper(core, session.plan.swarm.name, buffered, inputs, session.publish, timed, status)
         self._ticker = Ticker(tick_period(core), self._tick, swarm_clock.lock)
 
     def start(self, direct: bool = False) -> None:
@@ -81,17 +79,13 @@ class Shell:
 
 
 def status_publisher(
-    plan: Plan,
-    identity: str,
-    session: Session,
-    refusals: Refusals,
-    timed: Timekeeping,
-    loop: asyncio.AbstractEventLoop | None = None,
+    session: Session, refusals: Refusals, timed: Timekeeping, loop: asyncio.AbstractEventLoop | None = None
 ) -> StatusPublisher:
-    """Return the function that publishes this process's status, logs it and reports it to supervisors.
+    """Return the function that publishes the status of a session's process, logs it and reports it to supervisors.
 
     `loop` is as `ProcessResources` has it.
     """
+    identity, frame = session.identity, session.plan.swarm.frame
     resources, supervision = ProcessResources(session, refusals, loop).at, Supervision(identity)
 
     def publish(messages: Iterable[tuple[Key, Message]]) -> None:
@@ -100,7 +94,7 @@ def status_publisher(
             if isinstance(message, Status):
                 supervision.completed(message.report)
 
-    return StatusPublisher(plan.swarm.frame, identity, publish, resources, timed, logging.getLogger(identity).info)
+    return StatusPublisher(frame, identity, publish, resources, timed, logging.getLogger(identity).info)
 
 
 def _waits(status: StatusPublisher) -> None:
@@ -128,16 +122,16 @@ async def run_core(job: Job, feed: Feed | None = None) -> None:
     with session:
         swarm_clock = SwarmClock(plan, identity, session)
         loop = asyncio.get_running_loop()
-        status = status_publisher(plan, identity, session, refusals, swarm_clock.timekeeping, loop)
+        status = status_publisher(session, refusals, swarm_clock.timekeeping, loop)
         await swarm_clock.wait_for_time(ending.ended, patience(plan, identity), lambda: _waits(status))
         chance = Random(plan.swarm.gateway.seed)  # noqa: S311  (noise)
         status.stopwatch = Stopwatch(clock.monotonic, 1.0 / plan.swarm.control.rate_hz)
         store = FileStore((job.keys or default_folder(plan.swarm.name)) / f"{identity}.kept")
         aside = ThreadPoolExecutor(1, "aside").submit  # starts a thread with its first task
         core = job.make_core(Start(plan, identity, clock.now(), chance, status.stopwatch, store, aside, prompt_law))
-        shell = Shell(core, plan, identity, session, swarm_clock, status)
+        shell = Shell(core, session, swarm_clock, status)
         fed = feed(core, shell) if feed is not None else None
         shell.start(direct=fed is None)
         with last_resort(identity, shell.stop):
             async with fed or nullcontext():
-                await wait_for_end(core, plan, identity, session, ending, swarm_clock.lock, shell.stepper.time)
+                await wait_for_end(core, session, ending, swarm_clock.lock, shell.stepper.time)

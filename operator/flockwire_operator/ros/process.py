@@ -23,7 +23,6 @@ from flockwire_core.runtime.ticker import Ticker
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.ros import Ros
 from flockwire_core.wire.inbox import rejections
-from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import counted
 
 from flockwire_operator.ros.core import PERIOD, RosCore
@@ -37,11 +36,12 @@ SILENCE = SECOND  # ns without a message of the leader's topic, after which the 
 class RosProcess:
     """Runs the core on `session`, and on a node in the ROS graph when there is one."""
 
-    def __init__(self, plan: Plan, identity: str, session: Session, refusals: Refusals) -> None:
-        self._plan, self._log, self._counts = plan, logging.getLogger(identity), StepCounts()
-        self.core = RosCore(plan)
-        self._operator = Operator(plan, session, identity, self.core.operator, self.core)
-        self._status = status_publisher(plan, identity, session, refusals, self._operator.clock.timekeeping)
+    def __init__(self, session: Session, refusals: Refusals) -> None:
+        self._plan, self._counts, identity = session.plan, StepCounts(), session.identity
+        self._log = logging.getLogger(identity)
+        self.core = RosCore(self._plan)
+        self._operator = Operator(self._plan, session, identity, self.core.operator, self.core)
+        self._status = status_publisher(session, refusals, self._operator.clock.timekeeping)
         self._node: RosNode | None = None
         self._outputs: dict[Topic, RosOutput] = {}
         self._outgoing = Outgoing()
@@ -131,13 +131,13 @@ async def run(job: Job) -> None:
         return
     with contextlib.ExitStack() as stack:
         stack.enter_context(session)
-        process = RosProcess(plan, identity, session, refusals)
+        process = RosProcess(session, refusals)
         ticker = Ticker(PERIOD, process.tick)
         ticker.start()
         joining = asyncio.create_task(_join(process, place, ending, stack))
         joining.add_done_callback(process.joined)
         with last_resort(identity, ticker.stop):
-            await wait_for_end(process.core, plan, identity, session, ending)
+            await wait_for_end(process.core, session, ending)
             await joining
 
 

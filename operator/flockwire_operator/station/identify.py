@@ -46,8 +46,8 @@ async def excite(
                 if not swarm_clock.known():
                     core.failure = children.died() or UNTIMED
                     return core
-                status = status_publisher(plan, pilot, session, Refusals(pilot), swarm_clock.timekeeping)
-                shell = Shell(core, plan, pilot, session, swarm_clock, status)
+                status = status_publisher(session, Refusals(pilot), swarm_clock.timekeeping)
+                shell = Shell(core, session, swarm_clock, status)
                 shell.start()
                 await _watch(core, uav(number), children, interrupted)
                 shell.stop()

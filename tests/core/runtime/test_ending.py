@@ -94,7 +94,8 @@ def waiting(make_plan, identity, core, links, act):
 
     async def run():
         ending = Ending()
-        task = asyncio.create_task(wait_for_end(core, make_plan(), identity, links, ending))
+        links.plan, links.identity = make_plan(), identity
+        task = asyncio.create_task(wait_for_end(core, links, ending))
         await passes()
         await act(ending, task)
         async with asyncio.timeout(SOON):
