@@ -85,7 +85,6 @@ class StatusPublisher:
         self._key, self._frame, self._identity = Key("status", identity), frame, identity
         self._publish, self._resources, self._timekeeping, self._log = publish, resources, timekeeping, log
         self.deadline = 0  # of the next status, Unix ns
-        self.ahead = 0  # ns by which `now` is ahead of swarm time (Stepper)
         self.stopwatch: Stopwatch | None = None  # what it measures is reported; none in virtual time
         self._logged = ""
 
@@ -93,18 +92,18 @@ class StatusPublisher:
         """Return whether the next status is due."""
         return is_due(self.deadline, now, STATUS_PERIOD)
 
-    def update(self, now: int, report: Report, counts: StepCounts, rejected: Counts) -> None:
-        """Publish the status, and log a new state."""
+    def update(self, now: int, report: Report, counts: StepCounts, rejected: Counts, ahead: int = 0) -> None:
+        """Publish the status at `now`, which is `ahead` ns ahead of swarm time (Stepper), and log a new state."""
         self.deadline = next_deadline(self.deadline, now, STATUS_PERIOD)
         offset, bound = self._timekeeping.figures(now)
         slow = self.stopwatch.reason() if self.stopwatch is not None else None
         if slow is not None:
             report = report._replace(reasons=(*report.reasons, slow))
-        if report.mission is not None and self.ahead:
-            report = report._replace(mission=report.mission.shift(-self.ahead))
+        if report.mission is not None and ahead:
+            report = report._replace(mission=report.mission.shift(-ahead))
         cpu, resident, refused, links = self._resources(now)
         status = Status(
-            now - self.ahead, self._frame, self._identity, report,
+            now - ahead, self._frame, self._identity, report,
             counts.steps, counts.delayed_1ms, counts.delayed_5ms, counts.skipped, refused,
             cpu, resident, rejected, links, offset, bound,
         )  # fmt: skip
@@ -179,8 +178,6 @@ class Stepper:
         for _, inbox in self._named:
             if inbox.key not in self._timekeeping.keys:
                 inbox.ahead = self._ahead
-        if self._status is not None:
-            self._status.ahead = self._ahead
 
     def arrived(self, source: Input, now: int) -> None:
         """Receive a message of a key that is not buffered; step if it is a trigger and a step is due."""
@@ -236,4 +233,4 @@ class Stepper:
         self._publish(messages if not ahead else [(key, shifted(message, -ahead)) for key, message in messages])
         status = self._status
         if status is not None and status.due(now):
-            status.update(now, self._core.report(now), self._counts, rejections(self._named))
+            status.update(now, self._core.report(now), self._counts, rejections(self._named), ahead)

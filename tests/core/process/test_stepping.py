@@ -243,7 +243,7 @@ def test_a_status_has_its_order_in_swarm_time(make_plan: Callable[..., Plan]) ->
         "world", "uav1", lambda messages: published.extend(message for _, message in messages),  # type: ignore[misc]
         lambda _: NO_RESOURCES, timekeeping(plan, "uav1", lambda _: None), lambda _: None,
     )  # fmt: skip
-    status.ahead = 60 * SECOND
+    ahead = 60 * SECOND
     order = Mission(T0, "world", "start", T0 + SECOND)
-    status.update(T0 + 60 * SECOND, Report("hold", mission=order.shift(60 * SECOND)), StepCounts(), ())
+    status.update(T0 + ahead, Report("hold", mission=order.shift(ahead)), StepCounts(), (), ahead)
     assert (published[0].stamp, published[0].report.mission) == (T0, order)
