@@ -156,7 +156,7 @@ class Session(contextlib.AbstractContextManager["Session"]):
 
     def buffered(self, key: Key) -> Buffered:
         """Subscribe to `key`, buffering its newest BACKLOG samples until they are read."""
-        return Buffered(Inbox(key), self._rings(key, BACKLOG, zenoh.Locality.REMOTE))
+        return Buffered(Inbox(key), self.every(key, BACKLOG, zenoh.Locality.REMOTE))
 
     def prompt(self, key: Key, wakeup: Wakeup) -> Prompt:
         """Subscribe to `key`; `wakeup` calls its handler in the running loop as soon as a sample arrives."""
@@ -166,9 +166,13 @@ class Session(contextlib.AbstractContextManager["Session"]):
             session.declare_subscriber(self.plan.text(key), callback, allowed_origin=zenoh.Locality.REMOTE)
         return prompt
 
-    def every(self, key: Key, capacity: int) -> Rings:
-        """Subscribe to `key` and buffer up to `capacity` samples, own ones too, for batch reading."""
-        return self._rings(key, capacity, zenoh.Locality.ANY)
+    def every(self, key: Key, capacity: int, origin: zenoh.Locality = zenoh.Locality.ANY) -> Rings:
+        """Subscribe to `key` and buffer up to `capacity` samples, own ones too unless the `origin` is remote."""
+        rings = []
+        for session in self._carrying(key in self.plan.from_operators):
+            ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(capacity)
+            rings.append(session.declare_subscriber(self.plan.text(key), ring, allowed_origin=origin))
+        return Rings(rings)
 
     def linked(self) -> tuple[str, ...]:
         """Return the authenticated identity at the other end of each link (unknown without security)."""
@@ -198,13 +202,6 @@ class Session(contextlib.AbstractContextManager["Session"]):
     def _carrying(self, operators: bool) -> list[zenoh.Session]:
         """Return the sessions of a key, with or without the one for operators."""
         return self._sessions if operators else self._sessions[:1]
-
-    def _rings(self, key: Key, capacity: int, origin: zenoh.Locality) -> Rings:
-        rings = []
-        for session in self._carrying(key in self.plan.from_operators):
-            ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(capacity)
-            rings.append(session.declare_subscriber(self.plan.text(key), ring, allowed_origin=origin))
-        return Rings(rings)
 
     def _declare(self, key: Key) -> tuple[zenoh.Publisher, ...]:
         return tuple(
