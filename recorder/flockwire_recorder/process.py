@@ -15,9 +15,9 @@ from flockwire_core.runtime.session import Session
 from flockwire_core.runtime.shell import status_publisher
 from flockwire_core.runtime.swarm_clock import SwarmClock
 from flockwire_core.runtime.ticker import Ticker
-from flockwire_core.runtime.topics import in_order, recorded_topic
+from flockwire_core.runtime.topics import BatchedTopics, Topic, in_order
 from flockwire_core.trace_files import next_part
-from flockwire_core.wire.keys import ROWS, Key
+from flockwire_core.wire.keys import BATCH, ROWS, Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.schemas import ROS_TYPES
 from flockwire_core.wire.status import Report, counted
@@ -37,7 +37,8 @@ class Recorder:
         self._counts = StepCounts()
         self._rejected: Counter[str] = Counter()
         self.full: TraceFullError | None = None
-        self._topics = [recorded_topic(plan, key, session) for key in plan.subscribes[identity]]
+        keys = plan.subscribes[identity]
+        self._topics = [(BatchedTopics if key.kind == BATCH else Topic)(plan, key, session) for key in keys]
         central = [one for one in plan.started if plan.rows[one].batches and plan.members[one].drone is None]
         self._central = {one: f"/{plan.text(Key('status', one))}" for one in central}  # no flight leaves them out
         self._ros_types = {f"/{plan.text(key)}": ROS_TYPES[ROWS[key.kind].message] for key in plan.keys}

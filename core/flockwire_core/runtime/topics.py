@@ -11,7 +11,7 @@ from flockwire_core.wire.batch import Batch
 from flockwire_core.wire.cdr import MessageError
 from flockwire_core.wire.codec import decode
 from flockwire_core.wire.inbox import BURST, CANARY, MISDIRECTED, OVER_QUOTA, Origin, Quota, mark_of, read_attachment
-from flockwire_core.wire.keys import BATCH, ROWS, Key
+from flockwire_core.wire.keys import ROWS, Key
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.schemas import ROS_TYPES
 
@@ -109,11 +109,6 @@ class _Checked:
     def reject(self, rejected: Counter[str], reason: str) -> None:
         """Count a dropped message."""
         rejected[f"{self.name[1:]} {reason}"] += 1
-
-
-def recorded_topic(plan: Plan, key: Key, session: Session) -> Topic:
-    """Return the topic of `key`, or those in its batches."""
-    return (BatchedTopics if key.kind == BATCH else Topic)(plan, key, session)
 
 
 def in_order(topics: Iterable[Topic], now: int, rejected: Counter[str]) -> list[Sample]:
