@@ -32,9 +32,9 @@ class Supervision:
         self._notify = _connected(notify) if notify else None
         self._due = 0  # next notification of systemd, monotonic ns
         health = environment.get(HEALTH, "")
-        self._health = _answering(identity, health) if health else None
-        if self._health is not None:
-            asyncio.get_running_loop().add_reader(self._health, self._answer)
+        answering = _answering(identity, health) if health else None
+        if answering is not None:
+            asyncio.get_running_loop().add_reader(answering, self._answer, answering)
 
     def completed(self, report: Report) -> None:
         """Record a completed step, with the process's `report`."""
@@ -52,13 +52,11 @@ class Supervision:
         phase, detail = self._report.phase, self._report.line
         return json.dumps({"identity": self._identity, "phase": phase, "detail": detail, "step_age_s": age}).encode()
 
-    def _answer(self) -> None:
-        if self._health is None:
-            return
+    def _answer(self, health: socket.socket) -> None:
         with contextlib.suppress(OSError):  # the client is gone
-            _, asker = self._health.recvfrom(1)
+            _, asker = health.recvfrom(1)
             if asker:
-                self._health.sendto(self.answer(clock.monotonic()), asker)
+                health.sendto(self.answer(clock.monotonic()), asker)
 
 
 def _connected(address: str) -> socket.socket | None:
