@@ -68,19 +68,12 @@ def references(trace: Trace, number: int, times: Integers) -> Floats:
     return wanted
 
 
-def velocities(trace: Trace, number: int, times: Integers) -> Floats:
-    """Return the velocity in m/s from displacements over 50 ms."""
-    return _rates(places, trace, number, times)
-
-
-def reference_velocities(trace: Trace, number: int, times: Integers) -> Floats:
-    """Return the velocity of a follower's place, m/s."""
-    return _rates(references, trace, number, times)
-
-
-def _rates(position: Callable[[Trace, int, Integers], Floats], trace: Trace, number: int, times: Integers) -> Floats:
+def velocities(
+    positions: Callable[[Trace, int, Integers], Floats], trace: Trace, number: int, times: Integers
+) -> Floats:
+    """Return the velocity of a drone's `positions` (`places` or `references`) in m/s, from displacements over 50 ms."""
     half = SECOND // 40  # ns, of the window of a velocity
-    return (position(trace, number, times + half) - position(trace, number, times - half)) * (SECOND / (2 * half))
+    return (positions(trace, number, times + half) - positions(trace, number, times - half)) * (SECOND / (2 * half))
 
 
 def in_formation(trace: Trace, times: Integers) -> Booleans:

@@ -19,7 +19,7 @@ from flockwire_analysis.figures.graph import graph
 from flockwire_analysis.figures.legends import line
 from flockwire_analysis.figures.trajectories import trajectories
 from flockwire_analysis.reading import read_trace
-from flockwire_analysis.tracking import Errors, places, reference_velocities, references, velocities
+from flockwire_analysis.tracking import Errors, places, references, velocities
 from flockwire_core.domain.time import SECOND
 from matplotlib import rc_context
 from matplotlib.axes import Axes
@@ -166,8 +166,9 @@ def test_a_settled_follower_is_where_and_as_fast_as_its_reference(trace):
     phase = Canvas(trace, None).phases[0].span
     times = np.arange(phase.begin + 5 * SECOND, phase.begin + 7 * SECOND, SECOND // 10)
     assert np.abs(places(trace, 1, times) - references(trace, 1, times)).max() < 0.05
-    assert np.abs(velocities(trace, 1, times) - reference_velocities(trace, 1, times)).max() < 0.1
-    assert np.abs(velocities(trace, 1, times)).max() > 0.5
+    velocity = velocities(places, trace, 1, times)
+    assert np.abs(velocity - velocities(references, trace, 1, times)).max() < 0.1
+    assert np.abs(velocity).max() > 0.5
 
 
 def test_hovering_and_landing_are_not_formation(trace, canvas):
