@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from flockwire_analysis import separation
 from flockwire_analysis.figures.drawing import DANGER, OKABE_ITO, Canvas, Picture, thinned
 from flockwire_analysis.figures.legends import MARK, dot, legend, line
-from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Floats, Integers
 
 GREY = "#9aa3b2"
@@ -21,77 +20,67 @@ MANY = 30  # drones, of which no picture shows every pair
 def between_drones(canvas: Canvas) -> Picture | None:
     """Draw the distance of every pair, or of many drones that to the nearest other one, and the smallest of all."""
     trace, times = canvas.trace, separation.common_times(canvas.flight)
-    many = len(trace.flying) > MANY
-    known = {drones: d for drones, d in _found(trace, times, many) if np.isfinite(d).any()}
-    if not known:
-        return None
-    figure, (axes,) = canvas.panels()
-    seconds = canvas.seconds(times)
-    for distances in known.values():
-        axes.plot(*thinned(seconds, distances), color=GREY, linewidth=0.6, alpha=max(0.12, 0.7 - 0.02 * len(known)))
-    nearest = np.fmin.reduce(list(known.values()))
-    axes.plot(*thinned(seconds, nearest), color=OKABE_ITO[0], linewidth=1.3)
-    (one, *rest), at = _lowest(axes, seconds, known)
-    (other,) = rest or (separation.nearest_to(trace, one, int(times[at])),)
-    limit = trace.swarm.avoidance.drone_safety_distance
-    _limit(axes, limit)
-    axes.set_ylim(0.0, 1.05 * max(float(np.nanmax(d)) for d in known.values()))
-    axes.set_ylabel("distance, m")
-    rows = canvas.over_time([axes])
-    lowest = f"{nearest[at]:.2f} m: {canvas.name(one)}, {canvas.name(other)}, {seconds[at]:.1f} s"
-    grey = "a drone to the nearest" if many else "a pair"
-    legend(axes, [line(grey, GREY), line("smallest", OKABE_ITO[0]), _named(limit)], [dot(lowest)], rows)
-    whose = "From every drone to the nearest other one" if many else "Every pair"
-    caption = f"{whose} in grey, the smallest of all in blue; the marked one is the smallest of the flight."
-    return Picture(canvas.save(figure, "distances"), "Distances between drones", caption)
-
-
-def _found(trace: Trace, times: Integers, many: bool) -> Iterator[tuple[tuple[int, ...], Floats]]:
-    """Yield the distances of every pair, or of `many` drones that of each to the nearest other one."""
-    if many:
-        yield from (((number,), d) for number, d in separation.nearest_drones(trace, times).items())
+    found: dict[tuple[int, ...], Floats]
+    if len(trace.flying) > MANY:
+        found = {(number,): d for number, d in separation.nearest_drones(trace, times).items()}
+        whose, grey = "From every drone to the nearest other one", "a drone to the nearest"
     else:
-        yield from (((i, j), d) for i, j, d in separation.pair_distances(trace, times))
+        found = {(i, j): d for i, j, d in separation.pair_distances(trace, times)}
+        whose, grey = "Every pair", "a pair"
+    caption = f"{whose} in grey, the smallest of all in blue; the marked one is the smallest of the flight."
+    limit = trace.swarm.avoidance.drone_safety_distance
+    return _draw(canvas, found, limit, "distance, m", "distances", "Distances between drones", caption, grey)
 
 
 def to_obstacles(canvas: Canvas) -> Picture | None:
     """Draw the distance of every drone to the nearest obstacle."""
-    if not canvas.trace.swarm.obstacles:
+    trace, times = canvas.trace, separation.common_times(canvas.flight)
+    if not trace.swarm.obstacles:
         return None
-    times = separation.common_times(canvas.flight)
-    found = separation.obstacle_distances(canvas.trace, times)
-    known = {number: d for number, d in found.items() if np.isfinite(d).any()}
+    found: dict[tuple[int, ...], Floats] = {(i,): d for i, d in separation.obstacle_distances(trace, times).items()}
+    caption = "From each drone to the nearest obstacle's surface; the marked one is the smallest of the flight."
+    limit, axis = trace.swarm.avoidance.obstacle_safety_distance, "distance to the surface, m"
+    return _draw(canvas, found, limit, axis, "obstacle_distances", "Distances to obstacles", caption)
+
+
+def _draw(
+    canvas: Canvas, found: dict[tuple[int, ...], Floats], limit: float, axis: str, name: str, title: str,
+    caption: str, grey: str = "",
+) -> Picture | None:  # fmt: skip
+    """Draw distances and their limit, each drone's in its colour, or all in `grey` (its name) and the smallest."""
+    known = {drones: d for drones, d in found.items() if np.isfinite(d).any()}
     if not known:
         return None
-    figure, (axes,) = canvas.panels()
+    times = separation.common_times(canvas.flight)
     seconds = canvas.seconds(times)
-    for number, distances in known.items():
-        axes.plot(*thinned(seconds, distances), color=canvas.colour(number))
-    number, at = _lowest(axes, seconds, known)
-    limit = canvas.trace.swarm.avoidance.obstacle_safety_distance
-    _limit(axes, limit)
-    lowest = float(known[number][at])
-    axes.set_ylim(min(0.0, 1.1 * lowest), 1.05 * max(float(np.nanmax(d)) for d in known.values()))
-    axes.set_ylabel("distance to the surface, m")
-    rows = canvas.over_time([axes])
-    named = f"{lowest:.2f} m: {canvas.name(number)}, {seconds[at]:.1f} s"
-    legend(axes, canvas.names(known), [_named(limit), dot(named)], rows)
-    caption = "From each drone to the nearest obstacle's surface; the marked one is the smallest of the flight."
-    return Picture(canvas.save(figure, "obstacle_distances"), "Distances to obstacles", caption)
+    pale: dict[str, Any] = {"linewidth": 0.6, "alpha": max(0.12, 0.7 - 0.02 * len(known))} if grey else {}
+    figure, (axes,) = canvas.panels()
+    for drones, distances in known.items():
+        axes.plot(*thinned(seconds, distances), color=GREY if grey else canvas.colour(drones[0]), **pale)
+    if grey:
+        axes.plot(*thinned(seconds, np.fmin.reduce(list(known.values()))), color=OKABE_ITO[0], linewidth=1.3)
+    marked = _mark_smallest(canvas, axes, known, times, bool(grey))
+    axes.axhspan(-1e3, limit, color=DANGER, alpha=0.06, linewidth=0, zorder=0)
+    kept = line(f"to be kept, {limit:g} m", DANGER)
+    axes.axhline(limit, color=DANGER, linewidth=0.9, zorder=1.5)
+    axes.set_ylabel(axis)
+    if grey:
+        entries, others = [line(grey, GREY), line("smallest", OKABE_ITO[0]), kept], [marked]
+    else:
+        entries, others = canvas.names(drones[0] for drones in known), [kept, marked]
+    legend(axes, entries, others, canvas.over_time([axes]))
+    return Picture(canvas.save(figure, name), title, caption)
 
 
-def _lowest(axes: Axes, seconds: Floats, known: Mapping[Any, Floats]) -> tuple[Any, int]:
-    """Mark the smallest of all values; return its series and index."""
-    whose = min(known, key=lambda one: float(np.nanmin(known[one])))
+def _mark_smallest(
+    canvas: Canvas, axes: Axes, known: dict[tuple[int, ...], Floats], times: Integers, in_pairs: bool
+) -> Artist:
+    """Mark the smallest of all values, on axes that show the largest, too; return its entry of a legend."""
+    whose = min(known, key=lambda drones: float(np.nanmin(known[drones])))
     at = int(np.nanargmin(known[whose]))
-    axes.plot([seconds[at]], [known[whose][at]], linestyle="", **MARK)
-    return whose, at
-
-
-def _limit(axes: Axes, value: float) -> None:
-    axes.axhspan(-1e3, value, color=DANGER, alpha=0.06, linewidth=0, zorder=0)
-    axes.axhline(value, color=DANGER, linewidth=0.9, zorder=1.5)
-
-
-def _named(limit: float) -> Any:  # noqa: ANN401  (an artist)
-    return line(f"to be kept, {limit:g} m", DANGER)
+    lowest, when = float(known[whose][at]), canvas.second(int(times[at]))
+    axes.plot([when], [lowest], linestyle="", **MARK)
+    axes.set_ylim(min(0.0, 1.1 * lowest), 1.05 * max(float(np.nanmax(d)) for d in known.values()))
+    if in_pairs and len(whose) == 1:
+        whose = (*whose, separation.nearest_to(canvas.trace, *whose, int(times[at])))
+    return dot(f"{lowest:.2f} m: {', '.join(map(canvas.name, whose))}, {when:.1f} s")
