@@ -11,7 +11,8 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import isfinite
+from itertools import chain
+from math import isfinite, nan
 from typing import NamedTuple
 
 from scipy import stats
@@ -23,6 +24,7 @@ PER_GROUP = ("flights", "mean", "low", "high")
 _NEGATIVE = re.compile(r"-(?=\d)")  # the sign of a number
 PER_PAIR = ("pairs", "difference", "low", "high", "p")
 Value = float | None  # None: unknown
+_NONE = (0, None, None, None, None)
 
 
 class Quantity(NamedTuple):
@@ -55,22 +57,16 @@ class Group:
 
 
 class Mean(NamedTuple):
-    """The mean over `flights` and its interval; `low` and `high` are None for a single value."""
+    """The mean of `size` flights, or pairs, and its interval; `low` and `high` are None for a single value.
 
+    `p` is that of the paired t-test, None if all differences are equal; a mean of flights has none.
+    """
+
+    size: int
     mean: float
-    low: Value
-    high: Value
-    flights: int
-
-
-class Difference(NamedTuple):
-    """The mean difference of `pairs` pairs, its interval, and the p of the paired t-test; None if all are equal."""
-
-    mean: float
-    low: float
-    high: float
-    p: Value
-    pairs: int
+    low: Value = None
+    high: Value = None
+    p: Value = None
 
 
 class Row(NamedTuple):
@@ -78,7 +74,7 @@ class Row(NamedTuple):
 
     quantity: Quantity
     means: tuple[Mean | None, ...]
-    differences: tuple[Difference | None, ...]
+    differences: tuple[Mean | None, ...]
 
 
 def groups_of(names: Sequence[str], flights: Sequence[dict[str, Summary]]) -> list[Group]:
@@ -106,19 +102,19 @@ def mean_of(values: Sequence[float]) -> Mean | None:
         return None
     count, mean = len(values), sum(values) / len(values)
     if count == 1:
-        return Mean(mean, None, None, 1)
+        return Mean(1, mean)
     half = float(stats.t.ppf(0.5 + confidence / 2, count - 1) * stats.sem(values))
-    return Mean(mean, mean - half, mean + half, count)
+    return Mean(count, mean, mean - half, mean + half)
 
 
-def difference_of(first: dict[str, Value], other: dict[str, Value]) -> Difference | None:
+def difference_of(first: dict[str, Value], other: dict[str, Value]) -> Mean | None:
     """Return the mean of `other` minus `first` over the names that both have; None for fewer than two pairs."""
     deltas = [b - a for name, a in first.items() if a is not None and (b := other.get(name)) is not None]
     found = mean_of(deltas)
-    if found is None or found.low is None or found.high is None:
+    if found is None or found.size == 1:
         return None
-    p = float(stats.ttest_1samp(deltas, 0.0).pvalue) if found.low < found.high else None
-    return Difference(found.mean, found.low, found.high, p if p is not None and isfinite(p) else None, found.flights)
+    p = float(stats.ttest_1samp(deltas, 0.0).pvalue) if found.low != found.high else nan
+    return found._replace(p=p if isfinite(p) else None)
 
 
 def _times(factor: float, value: Value) -> Value:
@@ -136,9 +132,8 @@ def as_csv(groups: Sequence[Group], rows: Sequence[Row]) -> str:
     head += [f"{group.name} - {groups[0].name}: {name}" for group in groups[1:] for name in PER_PAIR]
     lines: list[list[object]] = [["quantity", "unit", *head]]
     for row in rows:
-        lines.append([row.quantity.name, row.quantity.unit])
-        for found in (*row.means, *row.differences):  # the number of flights, or pairs, is first
-            lines[-1] += [0, *[None] * 3] if found is None else [found[-1], *found[:-1]]
+        found = [*((mean or _NONE)[:-1] for mean in row.means), *(one or _NONE for one in row.differences)]
+        lines.append([row.quantity.name, row.quantity.unit, *chain.from_iterable(found)])
     return commas(lines)
 
 
@@ -164,17 +159,11 @@ def _table(
 def _mean(mean: Mean | None) -> str:
     if mean is None:
         return "unknown"
-    if mean.low is None or mean.high is None:
-        return _number(mean.mean)
-    return f"{_number(mean.mean)} [{_number(mean.low)}, {_number(mean.high)}]"
+    number, *bounds = [f"{value:.4g}" for value in (mean.mean, mean.low, mean.high) if value is not None]
+    return f"{number} [{', '.join(bounds)}]" if bounds else number
 
 
-def _difference(one: Difference | None) -> str:
+def _difference(one: Mean | None) -> str:
     if one is None:
         return "no pairs"
-    p = "equal" if one.p is None else f"p = {one.p:.2g}"
-    return f"{_number(one.mean)} [{_number(one.low)}, {_number(one.high)}], {p}"
-
-
-def _number(value: float) -> str:
-    return f"{value:.4g}"
+    return f"{_mean(one)}, {'equal' if one.p is None else f'p = {one.p:.2g}'}"
