@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from flockwire_core.domain.time import SECOND
 
 from flockwire_analysis.recorded import Trace
-from flockwire_analysis.tracking import in_formation
+from flockwire_analysis.series import Floats, Integers, Series
+from flockwire_analysis.tracking import in_formation, norms
 
 EXCHANGED = frozenset({"estimate", "law"})  # kinds of keys by which a law speaks to its neighbours
 
@@ -30,38 +32,34 @@ COSTS = (
 
 
 def costs(trace: Trace) -> dict[str, float | None]:
-    """Return the figures of COSTS for a flight."""
+    """Return the figures of COSTS for a flight, None if unknown.
+
+    The path is the mean length of a follower's, the effort the mean integral of |u|^2 of commanded velocities u; both
+    in the formation phases.
+    """
     kinds = [key for key in trace.series if key.kind in EXCHANGED]
     share = SECOND / ((trace.end - trace.begin) * len(trace.swarm.followers))
     return {
-        "path_m": path_length(trace),
+        "path_m": _mean(trace, trace.positions, lambda _, points: np.sum(norms(np.diff(points, axis=0)))),
         "messages_per_s": sum(len(trace.series[key]) for key in kinds) * share,
         "bytes_per_s": sum(trace.sizes[key] for key in kinds) * share,
-        "effort_m2_s": effort(trace),
+        "effort_m2_s": _mean(
+            trace,
+            lambda i: trace.of("command", i),
+            lambda stamps, u: np.sum(np.sum(u[:-1] ** 2, axis=1) * np.diff(stamps)) / SECOND,
+        ),
     }
 
 
-def path_length(trace: Trace) -> float | None:
-    """Return the length of a follower's path in the formation phases, m, the mean of all; None without one."""
-    lengths = []
-    for i in trace.followers:
-        series = trace.positions(i)
-        points = series.values[in_formation(trace, series.stamps), :3]
-        lengths.append(float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum()) if len(points) > 1 else None)
-    return _mean(lengths)
+def _mean(trace: Trace, of: Callable[[int], Series], measure: Callable[[Integers, Floats], np.float64]) -> float | None:
+    """Return the mean over all followers of a `measure` of the formation phases, by stamps and three columns.
 
-
-def effort(trace: Trace) -> float | None:
-    """Return the integral of |u|^2 over the formation phases, m^2/s, of commanded velocities u, the mean of all."""
-    efforts = []
-    for i in trace.followers:
-        series = trace.of("command", i)
+    None without a follower, or if one of them has fewer than two samples.
+    """
+    found = []
+    for series in map(of, trace.followers):
         within = in_formation(trace, series.stamps)
-        stamps, squares = series.stamps[within], (series.values[within, :3] ** 2).sum(axis=1)
-        efforts.append(float((squares[:-1] * np.diff(stamps)).sum()) / SECOND if len(stamps) > 1 else None)
-    return _mean(efforts)
-
-
-def _mean(found: list[float | None]) -> float | None:
-    known = [one for one in found if one is not None]
-    return float(np.mean(known)) if known and len(known) == len(found) else None
+        if np.sum(within) < 2:
+            return None
+        found.append(measure(series.stamps[within], series.values[within, :3]))
+    return float(np.mean(found)) if found else None
