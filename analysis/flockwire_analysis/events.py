@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from typing import NamedTuple
 
+from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND, nanoseconds
 
 from flockwire_analysis import FAULTS
@@ -21,23 +22,16 @@ class Event(NamedTuple):
 
 def events(trace: Trace) -> tuple[Event, ...]:
     """Return the events to mark in the figures of a flight."""
-    return tuple(sorted((*_orders(trace), *_stops(trace), *_faults(trace))))
-
-
-def _orders(trace: Trace) -> list[Event]:
-    """Return the operator's orders; a start counts from the formation's time 0."""
-    found = []
-    for mission in trace.missions:
-        when = max(mission.start, mission.stamp) if mission.in_formation else mission.stamp
-        found.append(Event(when, f"{mission.verb} {mission.formation}".strip()))
-    return found
-
-
-def _faults(trace: Trace) -> list[Event]:
-    """Return the injected faults; their times count from the first take-off order."""
     took_off = next((mission.stamp for mission in trace.missions if mission.verb == "takeoff"), trace.begin)
     injected = json.loads(trace.metadata.get(FAULTS, "[]"))
-    return [Event(took_off + nanoseconds(at), text, "fault") for at, text in injected]
+    faults = [Event(took_off + nanoseconds(at), text, "fault") for at, text in injected]
+    return tuple(sorted((*map(_order, trace.missions), *_stops(trace), *faults)))
+
+
+def _order(mission: Mission) -> Event:
+    """Return the event of an order; a start counts from the formation's time 0."""
+    when = max(mission.start, mission.stamp) if mission.in_formation else mission.stamp
+    return Event(when, f"{mission.verb} {mission.formation}".strip())
 
 
 def _stops(trace: Trace) -> list[Event]:
