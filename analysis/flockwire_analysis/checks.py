@@ -16,8 +16,8 @@ from flockwire_analysis.conformance import deviations
 from flockwire_analysis.key_figures import Check, PhaseFigures, Summary
 from flockwire_analysis.phases import formation_phases, shared_places
 from flockwire_analysis.recorded import Trace
-from flockwire_analysis.separation import outside_fence, own_places
-from flockwire_analysis.tracking import SETTLED_BELOW, largest
+from flockwire_analysis.separation import outside_fence
+from flockwire_analysis.tracking import SETTLED_BELOW, largest, own_places
 
 OFF = "not judged ([checks] of the swarm file)"
 NO_ERRORS = "some followers have no errors in this period"

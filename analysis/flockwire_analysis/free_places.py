@@ -21,9 +21,10 @@ from flockwire_core.swarm.model import Swarm
 from flockwire_analysis.moving_bodies import moving_bodies
 from flockwire_analysis.phases import formation_phases
 from flockwire_analysis.recorded import Trace
-from flockwire_analysis.separation import nearest_surface, own_places
+from flockwire_analysis.separation import nearest_surface
 from flockwire_analysis.series import Booleans, Floats, Integers
-from flockwire_analysis.tracking import SETTLED_BELOW, Errors, interpolated, norms
+from flockwire_analysis.tracking import SETTLED_BELOW, Errors, norms, own_places
+from flockwire_analysis.tracking import places as positions
 
 
 def undisturbed(trace: Trace, errors: dict[int, Errors]) -> dict[int, Errors]:
@@ -32,7 +33,7 @@ def undisturbed(trace: Trace, errors: dict[int, Errors]) -> dict[int, Errors]:
     if not len(times) or not (trace.swarm.obstacles or trace.movers):
         return errors
     places = {i: own_places(trace, i, times) for i in trace.followers}
-    drones = {i: interpolated(trace.positions(i), times) for i in trace.followers}
+    drones = {i: positions(trace, i, times) for i in trace.followers}
     taken = taken_places(trace.swarm, times, places, drones, _inside_movers(trace, times, places))
     nearest = {number: np.searchsorted(times, error.stamps).clip(0, len(times) - 1) for number, error in errors.items()}
     free = {number: ~taken[number][steps] for number, steps in nearest.items()}

@@ -10,10 +10,10 @@ from flockwire_core.domain.airframe import FlightState
 from flockwire_core.domain.time import SECOND
 from flockwire_core.swarm.tables import Obstacle
 
-from flockwire_analysis.phases import Span, offsets
+from flockwire_analysis.phases import Span
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Booleans, Floats, Integers
-from flockwire_analysis.tracking import interpolated, norms
+from flockwire_analysis.tracking import norms, places
 
 
 def common_times(span: Span) -> Integers:
@@ -27,9 +27,9 @@ def pair_distances(trace: Trace, times: Integers) -> Iterator[tuple[int, int, Fl
 
     One pair after the other: those of a thousand drones do not fit into memory.
     """
-    places = {number: interpolated(trace.positions(number), times) for number in trace.flying}
+    known = {number: places(trace, number, times) for number in trace.flying}
     for i, j in combinations(trace.flying, 2):
-        yield i, j, norms(places[i] - places[j])
+        yield i, j, norms(known[i] - known[j])
 
 
 def nearest_drones(trace: Trace, times: Integers) -> dict[int, Floats]:
@@ -43,18 +43,15 @@ def nearest_drones(trace: Trace, times: Integers) -> dict[int, Floats]:
 
 def nearest_to(trace: Trace, number: int, now: int) -> int:
     """Return the airframe that is nearest to airframe `number` at `now`, Unix ns; raises ValueError without one."""
-    places = {i: interpolated(trace.positions(i), np.array([now], np.int64)) for i in trace.flying}
-    own = places.pop(number)
-    squares = {i: float(np.sum((place - own) ** 2)) for i, place in places.items()}
+    others = {i: places(trace, i, np.array([now], np.int64)) for i in trace.flying}
+    own = others.pop(number)
+    squares = {i: float(np.sum((place - own) ** 2)) for i, place in others.items()}
     return min((i for i, square in squares.items() if np.isfinite(square)), key=squares.__getitem__)
 
 
 def obstacle_distances(trace: Trace, times: Integers) -> dict[int, Floats]:
     """Return each airframe's distance in m to the nearest obstacle's surface at `times`, NaN if it is unknown."""
-    return {
-        number: nearest_surface(interpolated(trace.positions(number), times), trace.swarm.obstacles)
-        for number in trace.flying
-    }
+    return {i: nearest_surface(places(trace, i, times), trace.swarm.obstacles) for i in trace.flying}
 
 
 def mover_distances(trace: Trace, span: Span) -> dict[int, Floats]:
@@ -63,23 +60,23 @@ def mover_distances(trace: Trace, span: Span) -> dict[int, Floats]:
     return {number: series.values[span.holds(series.stamps), 0] for number, series in nearby.items()}
 
 
-def surface_distance(places: Floats, obstacle: Obstacle) -> Floats:
-    """Return the distance in m from `places` (m, shape n x 3) to an obstacle's surface, negative inside.
+def surface_distance(points: Floats, obstacle: Obstacle) -> Floats:
+    """Return the distance in m from `points` (m, shape n x 3) to an obstacle's surface, negative inside.
 
     The cylinder is on the ground (z = 0); without a height only the horizontal distance counts.
     """
     x, y, _ = obstacle.center
-    aside: Floats = np.hypot(places[:, 0] - x, places[:, 1] - y) - obstacle.radius
+    aside: Floats = np.hypot(points[:, 0] - x, points[:, 1] - y) - obstacle.radius
     if obstacle.height is None:
         return aside
-    above = places[:, 2] - obstacle.height
+    above = points[:, 2] - obstacle.height
     outside: Floats = np.hypot(np.maximum(aside, 0.0), np.maximum(above, 0.0))
     return outside + np.minimum(np.maximum(aside, above), 0.0)
 
 
-def nearest_surface(places: Floats, obstacles: Sequence[Obstacle]) -> Floats:
-    """Return the distance in m from `places` (m, shape n x 3) to the nearest of the obstacles' surfaces."""
-    return np.asarray(np.min([surface_distance(places, obstacle) for obstacle in obstacles], axis=0))
+def nearest_surface(points: Floats, obstacles: Sequence[Obstacle]) -> Floats:
+    """Return the distance in m from `points` (m, shape n x 3) to the nearest of the obstacles' surfaces."""
+    return np.asarray(np.min([surface_distance(points, obstacle) for obstacle in obstacles], axis=0))
 
 
 def max_outside(trace: Trace, span: Span) -> float | None:
@@ -92,21 +89,31 @@ def max_outside(trace: Trace, span: Span) -> float | None:
     found = []
     for number in trace.flying:
         series = trace.positions(number)
-        places = series.values[span.holds(series.stamps) & _in_the_air(trace, number, series.stamps)]
-        if not len(places):
+        points = series.values[span.holds(series.stamps) & _in_the_air(trace, number, series.stamps)]
+        if not len(points):
             continue
-        beyond = np.maximum(np.array(room.low) - places, places - np.array(room.high))
+        beyond = np.maximum(np.array(room.low) - points, points - np.array(room.high))
         found.append(max(0.0, float(beyond.max())))
         if room.corners:
             every = max(1, round(len(series) * polygon_step * SECOND / max(1, series.stamps[-1] - series.stamps[0])))
-            found += [room.outside((x, y, z)) for x, y, z in places[::every].tolist()]
+            found += [room.outside((x, y, z)) for x, y, z in points[::every].tolist()]
     return max(found, default=None)
 
 
 def max_speed(trace: Trace, span: Span) -> float | None:
     """Return the highest speed of any airframe within `span`, m/s, from displacements over about 50 ms."""
-    speeds = [_max_speed(trace, number, span) for number in trace.flying]
-    return max((speed for speed in speeds if speed is not None), default=None)
+    window = SECOND // 20  # ns, of a speed
+    found = []
+    for number in trace.flying:
+        series = trace.positions(number)
+        within = span.holds(series.stamps)
+        stamps, points = series.stamps[within], series.values[within]
+        after = np.searchsorted(stamps, stamps + window)
+        first = np.flatnonzero(after < len(stamps))
+        lasted = stamps[after[first]] - stamps[first]
+        moved = norms(points[after[first]] - points[first])
+        found.append((moved * SECOND / lasted)[lasted < 4 * window])  # unknown across a gap
+    return max((float(speeds.max()) for speeds in found if len(speeds)), default=None)
 
 
 def smallest(distances: list[Floats]) -> float | None:
@@ -124,37 +131,18 @@ def _in_the_air(trace: Trace, number: int, stamps: Integers) -> Booleans:
     return np.asarray(telemetry.values[newest, 0] != FlightState.GROUNDED)
 
 
-def _max_speed(trace: Trace, number: int, span: Span) -> float | None:
-    speed_window = SECOND // 20  # ns, window of a speed
-    series = trace.positions(number)
-    within = span.holds(series.stamps)
-    stamps, places = series.stamps[within], series.values[within]
-    after = np.searchsorted(stamps, stamps + speed_window)
-    first = np.flatnonzero(after < len(stamps))
-    first = first[stamps[after[first]] - stamps[first] < 4 * speed_window]  # unknown across a gap
-    if not len(first):
-        return None
-    moved = norms(places[after[first]] - places[first])
-    return float((moved * SECOND / (stamps[after[first]] - stamps[first])).max())
-
-
-def cannot_be_had(trace: Trace, places: Floats) -> Booleans:
-    """Return which `places` (m, shape n x 3) are nearer to an obstacle than the filter keeps, or outside the fence."""
-    found = outside_fence(trace, places)
+def cannot_be_had(trace: Trace, points: Floats) -> Booleans:
+    """Return which `points` (m, shape n x 3) are nearer to an obstacle than the filter keeps, or outside the fence."""
+    found = outside_fence(trace, points)
     for obstacle in trace.swarm.obstacles:
-        found |= surface_distance(places, obstacle) < trace.swarm.avoidance.kept.obstacle
+        found |= surface_distance(points, obstacle) < trace.swarm.avoidance.kept.obstacle
     return found
 
 
-def outside_fence(trace: Trace, places: Floats) -> Booleans:
-    """Return which of `places` (m, shape n x 3) are outside the fence."""
+def outside_fence(trace: Trace, points: Floats) -> Booleans:
+    """Return which of `points` (m, shape n x 3) are outside the fence."""
     room = trace.swarm.limits.fence.room()
-    found = np.any((places < np.array(room.low)) | (places > np.array(room.high)), axis=1)
+    found = np.any((points < np.array(room.low)) | (points > np.array(room.high)), axis=1)
     if room.corners:
-        found |= [room.outside((x, y, z)) > 0.0 for x, y, z in places.tolist()]
+        found |= [room.outside((x, y, z)) > 0.0 for x, y, z in points.tolist()]
     return np.asarray(found)
-
-
-def own_places(trace: Trace, number: int, stamps: Integers) -> Floats:
-    """Return h_i + x_0 of follower `number`, m, shape n x 3, NaN if it is unknown."""
-    return offsets(trace, number, stamps) + interpolated(trace.leader, stamps)

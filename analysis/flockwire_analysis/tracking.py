@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -59,11 +59,16 @@ def places(trace: Trace, number: int, times: Integers) -> Floats:
     return interpolated(trace.positions(number), times)
 
 
+def own_places(trace: Trace, number: int, times: Integers) -> Floats:
+    """Return x_0 + h_i of a follower in m, one row for each of `times` (Unix ns), NaN if it is unknown."""
+    return offsets(trace, number, times) + interpolated(trace.leader, times)
+
+
 def references(trace: Trace, number: int, times: Integers) -> Floats:
     """Return the place x_0 + h_i of a follower in m, NaN outside the formation phases; of any other drone: unknown."""
     if number not in trace.followers:
         return np.full((len(times), 3), np.nan)
-    wanted = offsets(trace, number, times) + interpolated(trace.leader, times)
+    wanted = own_places(trace, number, times)
     wanted[~in_formation(trace, times)] = np.nan
     return wanted
 
@@ -120,11 +125,8 @@ def figures(errors: dict[int, Errors], phase: Span) -> ErrorFigures:
 
 def worst(figures_of_phases: Sequence[ErrorFigures]) -> ErrorFigures:
     """Return the worst of several phases, each figure by itself; None if one of them is None, or there is none."""
-    return ErrorFigures(
-        largest([figures.max_tail for figures in figures_of_phases]),
-        largest([figures.rms_tail for figures in figures_of_phases]),
-        largest([figures.settled_s for figures in figures_of_phases]),
-    )
+    found = [astuple(figures) for figures in figures_of_phases]
+    return ErrorFigures(*(largest(values) for values in zip(*found, strict=True)))
 
 
 def largest(values: Sequence[float | None]) -> float | None:
