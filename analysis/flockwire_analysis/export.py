@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -110,16 +110,14 @@ def open_trace(trace: str | Path | Trace) -> dict[str, Any]:
 
 def write_csv(trace: Trace, out: str | Path) -> tuple[Path, ...]:
     """Write each table as a CSV file into the folder `out`; returns the files. Raises OSError."""
-    folder = Path(out)
-    folder.mkdir(parents=True, exist_ok=True)
-    written = []
-    for name, table in tables(trace):
-        written.append(folder / f"{name}.csv")
-        with written[-1].open("w", newline="", encoding="utf-8") as file:
+
+    def write(table: Table, path: Path) -> None:
+        with path.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)
             writer.writerow(table)
             writer.writerows(zip(*table.values(), strict=True))
-    return tuple(written)
+
+    return _write(trace, Path(out), "csv", write)
 
 
 def write_parquet(trace: Trace, out: str | Path) -> tuple[Path, ...]:
@@ -130,10 +128,12 @@ def write_parquet(trace: Trace, out: str | Path) -> tuple[Path, ...]:
     except ImportError:
         line = f"--format = 'parquet': needs the package pyarrow: {remedy('parquet')} (or take csv)"
         raise ExportError(line) from None
-    folder = Path(out)
+    return _write(trace, Path(out), "parquet", lambda table, path: parquet.write_table(pyarrow.table(table), path))
+
+
+def _write(trace: Trace, folder: Path, ending: str, write: Callable[[Table, Path], None]) -> tuple[Path, ...]:
     folder.mkdir(parents=True, exist_ok=True)
-    written = []
-    for name, table in tables(trace):
-        written.append(folder / f"{name}.parquet")
-        parquet.write_table(pyarrow.table(table), written[-1])
+    written = {folder / f"{name}.{ending}": table for name, table in tables(trace)}
+    for path, table in written.items():
+        write(table, path)
     return tuple(written)
