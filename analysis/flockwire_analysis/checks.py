@@ -37,6 +37,7 @@ def checks(trace: Trace, figures: Summary, no_places: str, no_formation: str) ->
         "formation kept": longest_off is None,  # no follower settled: judged by another check
         "contradictions": not _contradictions(trace),
         "laws that failed": not trace.reasons[LAW_FAILED],
+        "observation tail": not relays(trace.swarm),  # nobody estimates the leader
         "obstacle clearance": not trace.swarm.obstacles and figures.min_distance_obstacle_m is None,
         "separation": figures.drones < 2,
     }
@@ -55,13 +56,12 @@ def _in_flight(trace: Trace, figures: Summary, no_places: str) -> tuple[Check, .
     speed_tolerance = 0.02  # share by which a speed from noisy positions may exceed its limit
     safe, speed = trace.swarm.avoidance, trace.swarm.limits.speed
     nowhere = no_places or "no two drones had poses at the same time"
-    fast_enough = figures.max_speed_m_s is not None and figures.max_speed_m_s <= speed * (1.0 + speed_tolerance)
     return (
         _at_least("separation", figures.min_distance_uav_m, safe.drone_safety_distance, "m", nowhere),
         _at_least("obstacle clearance", figures.min_distance_obstacle_m, safe.obstacle_safety_distance, "m", nowhere),
-        Check(
-            "speed", figures.max_speed_m_s, speed, fast_enough, f"at most {speed:g} m/s (2 % measuring tolerance)",
-            "m/s", "" if figures.max_speed_m_s is not None else nowhere,
+        _at_most(
+            "speed", figures.max_speed_m_s, speed, "m/s", nowhere, "(2 % measuring tolerance)",
+            tolerance=speed_tolerance,
         ),
         _at_most("fence", figures.max_outside_m, trace.swarm.checks.fence, "m", nowhere, "outside limits.fence"),
         _none("emergency stop", tuple(dict.fromkeys(stop.reason for stop in trace.stops))),
@@ -81,9 +81,6 @@ def _formation(trace: Trace, figures: Summary, longest_off: float | None, missin
     settled = None if unsettled else figures.formation_error_m.settled_s
     unknown = missing or (NO_ERRORS if trace.swarm.sole_leader is not None else f"{NO_ERRORS}; {OWN_ERROR}")
     observation, tail = figures.observation_error_m.max_tail, "in the last 30 % of each phase"
-    observed: tuple[Check, ...] = ()
-    if relays(trace.swarm):  # else nobody estimates the leader
-        observed = (_at_most("observation tail", observation, bounds.observation_tail, "m", unknown, tail),)
     return (
         _at_most("formation settled", settled, bounds.settle_within, "s", unsettled, "after the start of each"),
         _at_most(
@@ -95,7 +92,7 @@ def _formation(trace: Trace, figures: Summary, longest_off: float | None, missin
             "formation tail", largest([phase.judged_tail_m for phase in figures.judged]), bounds.formation_tail, "m",
             unknown, "in the last 30 % of each phase, except near obstacles",
         ),
-        *observed,
+        _at_most("observation tail", observation, bounds.observation_tail, "m", unknown, tail),
     )  # fmt: skip
 
 
@@ -163,8 +160,9 @@ def _at_least(name: str, value: float | None, limit: float, unit: str, reason: s
     return Check(name, value, limit, ok, f"at least {limit:g} {unit}", unit, note if value is not None else reason)
 
 
-def _at_most(name: str, value: float | None, limit: float, unit: str, reason: str, rule: str, note: str = "") -> Check:
-    ok = value is not None and value <= limit
-    return Check(
-        name, value, limit, ok, f"at most {limit:g} {unit} {rule}", unit, note if value is not None else reason
-    )
+def _at_most(
+    name: str, value: float | None, limit: float, unit: str, reason: str, rule: str, note: str = "",
+    tolerance: float = 0.0,
+) -> Check:  # fmt: skip
+    ok, reason = (False, reason) if value is None else (value <= limit * (1.0 + tolerance), note)
+    return Check(name, value, limit, ok, f"at most {limit:g} {unit} {rule}", unit, reason)
