@@ -9,7 +9,7 @@ import numpy as np
 from flockwire_core.control.formation import Formation
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
-from flockwire_core.pilot.orders import flown_formation, flown_place, is_known
+from flockwire_core.pilot.orders import flown_place, is_known
 from flockwire_core.swarm.model import uav
 
 from flockwire_analysis.recorded import Trace
@@ -101,7 +101,7 @@ def offsets(trace: Trace, number: int, stamps: Integers) -> Floats:
     result = np.full((len(stamps), 3), np.nan)
     starts = [mission for mission in trace.missions if mission.in_formation]
     for place, mission in enumerate(starts):
-        if (formations := _formations(trace, mission)) is None:
+        if (formations := formations_of(trace, mission)) is None:
             continue
         since = max(mission.start, mission.stamp) if place else mission.start
         held = _held(trace, number, mission, since)
@@ -133,12 +133,6 @@ def shared_places(trace: Trace, least: float) -> tuple[str, ...]:
     return tuple(found)
 
 
-def formation_of(trace: Trace, mission: Mission) -> Formation | None:
-    """Return the formation of an order, by the places in it; None if the swarm does not have it."""
-    formations = _formations(trace, mission)
-    return flown_formation(formations, mission) if formations is not None else None
-
-
 def _held(trace: Trace, number: int, mission: Mission, since: int) -> list[tuple[int, int | None]]:
     """Return from when on (Unix ns), `since` at first, follower `number` had which place (rank) by an order.
 
@@ -150,7 +144,7 @@ def _held(trace: Trace, number: int, mission: Mission, since: int) -> list[tuple
     return [(since, None), *((max(since, one.stamp), one.place) for one in told)]
 
 
-def _formations(trace: Trace, mission: Mission) -> dict[str, Formation] | None:
+def formations_of(trace: Trace, mission: Mission) -> dict[str, Formation] | None:
     """Return the formations of an order by name, None if the swarm does not have them."""
     named = {mission.formation} if mission.change is None else {mission.formation, mission.change.before}
     formations = {name: trace.swarm.build_formation(name) for name in named.intersection(trace.swarm.formation_names)}

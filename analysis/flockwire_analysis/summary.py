@@ -17,7 +17,7 @@ from flockwire_analysis.checks import checks, kept_within
 from flockwire_analysis.free_places import undisturbed
 from flockwire_analysis.key_figures import Messages, PhaseFigures, StepFigures, Summary, long_enough
 from flockwire_analysis.latency import HOPS, latencies, percentiles
-from flockwire_analysis.phases import FormationPhase, Span, airborne, formation_of, formation_phases
+from flockwire_analysis.phases import FormationPhase, Span, airborne, formation_phases, formations_of
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.separation import cannot_be_had
 from flockwire_analysis.series import Booleans
@@ -92,14 +92,14 @@ def _figures(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[PhaseFig
     found = []
     for phase in phases:
         span = phase.span
-        errors = replace(tracking.figures(formation, span), settled_s=tracking.settling_time(judged, span))
+        errors = tracking.figures(formation, span, judged)
         since = errors.settled_s
         settled = span.tail() if since is None else Span(span.begin + nanoseconds(since), span.end)
         off = tracking.longest_off(judged, steady, settled, kept_within(trace.swarm))
         found.append(PhaseFigures(
             phase.order.formation, (span.begin - origin) / SECOND, span.length,
-            tracking.figures(observation, span), errors, tracking.largest_tail(judged, steady, span, settled),
-            None if since is None else off,
+            tracking.figures(observation, span, observation), errors,
+            tracking.largest_tail(judged, steady, span, settled), None if since is None else off,
             _without_places(formation, without, span),
         ))  # fmt: skip
     return tuple(found)
@@ -153,7 +153,7 @@ class _Lacking:
     @staticmethod
     def _formation(trace: Trace, begun: bool) -> str:
         starts = [mission for mission in trace.missions if mission.in_formation]
-        unknown = next((m.formation for m in starts if formation_of(trace, m) is None), None)
+        unknown = next((m.formation for m in starts if formations_of(trace, m) is None), None)
         if not starts:
             return "no mission `start` was recorded, so there was no formation to judge"
         if not begun:

@@ -112,11 +112,11 @@ def formation_errors(trace: Trace) -> dict[int, Errors]:
     return found
 
 
-def figures(errors: dict[int, Errors], phase: Span) -> ErrorFigures:
-    """Judge the errors of all followers within `phase`; None if a follower has no samples."""
+def figures(errors: dict[int, Errors], phase: Span, judged: dict[int, Errors]) -> ErrorFigures:
+    """Judge the errors of all followers within `phase`, settling by those `judged`; None if one has no samples."""
     tail = phase.tail()
     tails = [error.values[tail.holds(error.stamps)] for error in errors.values()]
-    settled = settling_time(errors, phase)
+    settled = settling_time(judged, phase)
     if not all(len(values) for values in tails):
         return ErrorFigures(settled_s=settled)
     values = np.concatenate(tails)
