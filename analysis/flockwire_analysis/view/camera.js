@@ -52,12 +52,8 @@ class Camera {
   }
 
   to(point) {
-    const [x, y, z] = [point[0] - this.target[0], point[1] - this.target[1], (point[2] ?? 0) - this.target[2]];
-    const [r, u] = [this.right, this.up];
-    return [
-      this.width / 2 + this.scale * (x * r[0] + y * r[1] + z * r[2]),
-      this.middle - this.scale * (x * u[0] + y * u[1] + z * u[2]),
-    ];
+    const from = this.target.map((value, k) => (point[k] ?? 0) - value);
+    return [this.width / 2 + this.scale * dot(from, this.right), this.middle - this.scale * dot(from, this.up)];
   }
 
   depth(point) {
@@ -68,21 +64,13 @@ class Camera {
   frame(points) {
     if (!points.length || !this.width || !this.height) return;
     const axes = this.axes();
-    const half = [0, 0];
-    this.target = [0, 1, 2].map((k) => {
-      let [low, high] = [Infinity, -Infinity];
-      for (const point of points) {
-        low = Math.min(low, point[k]);
-        high = Math.max(high, point[k]);
-      }
-      return (low + high) / 2;
-    });
-    for (const point of points) {
-      const from = point.map((value, k) => value - this.target[k]);
-      for (const k of [0, 1]) half[k] = Math.max(half[k], Math.abs(dot(from, axes[k])));
-    }
-    const shown = [0, 1].map((k) => Math.max(2 * half[k], SMALLEST) * MARGIN);
-    this.scale = Math.min(this.width / shown[0], (this.height - this.covered) / shown[1]);
+    const spans = axes.map((axis) => points.reduce(([low, high], point) => {
+      const along = dot(point, axis);
+      return [Math.min(low, along), Math.max(high, along)];
+    }, [Infinity, -Infinity]));
+    this.target = [0, 1, 2].map((k) => spans.reduce((sum, [low, high], n) => sum + axes[n][k] * (low + high) / 2, 0));
+    const [across, along] = spans.map(([low, high]) => Math.max(high - low, SMALLEST) * MARGIN);
+    this.scale = Math.min(this.width / across, (this.height - this.covered) / along);
   }
 
   listen() {
