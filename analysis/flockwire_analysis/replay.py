@@ -129,11 +129,10 @@ def _movers(flight: Sampled) -> list[list[Any]]:
 def _millimetres(values: Floats) -> list[list[int | None]]:
     """Return the columns of `values` (m) in whole mm, None where one is unknown."""
     known = np.isfinite(values)
-    whole = np.rint(1000.0 * np.where(known, values, 0.0)).astype(np.int64).T.tolist()
-    return [
-        [value if one else None for value, one in zip(column, is_known, strict=True)]
-        for column, is_known in zip(whole, known.T.tolist(), strict=True)
-    ]
+    whole = np.rint(1000.0 * np.where(known, values, 0.0)).astype(np.int64).astype(object)
+    whole[~known] = None
+    columns: list[list[int | None]] = whole.T.tolist()
+    return columns
 
 
 def _thinned(signal: Samples) -> tuple[list[int], list[float]]:
@@ -190,17 +189,17 @@ def _marks(trace: Trace, flight: Sampled) -> list[Event]:
 def _grouped(changes: Sequence[tuple[int, str, str, str]]) -> Iterator[Event]:
     """Yield a mark for the drones that changed to the same phase for the same reason at about the same time."""
     together = SECOND // 2  # ns within which drones that change to the same phase make one mark
-    open_groups: dict[tuple[str, str], tuple[int, list[str]]] = {}
+    groups: list[tuple[str, str, int, list[str]]] = []
+    newest: dict[tuple[str, str], tuple[int, list[str]]] = {}
     for stamp, phase, pilot, why in changes:
-        group = open_groups.get((phase, why))
-        if group is not None and stamp - group[0] < together:
-            group[1].append(pilot)
-            continue
-        if group is not None:
-            yield _mark(phase, why, *group)
-        open_groups[phase, why] = (stamp, [pilot])
-    for (phase, why), group in open_groups.items():
-        yield _mark(phase, why, *group)
+        begin, pilots = newest.get((phase, why), (stamp - together, []))
+        if stamp - begin < together:
+            pilots.append(pilot)
+        else:
+            newest[phase, why] = stamp, [pilot]
+            groups.append((phase, why, *newest[phase, why]))
+    for group in groups:
+        yield _mark(*group)
 
 
 def _mark(phase: str, why: str, stamp: int, pilots: Sequence[str]) -> Event:
