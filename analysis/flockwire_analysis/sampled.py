@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from itertools import combinations
 from typing import NamedTuple
 
@@ -73,30 +73,25 @@ def worst_moments(flight: Sampled) -> Iterator[Moment]:
 
     Only what is between the first order and a stop counts. The values are those of the samples.
     """
-    trace, within = flight.trace, airborne(flight.trace).holds(flight.stamps)
-    apart: Values = {
-        pair: norms(flight.positions[pair[0]] - flight.positions[pair[1]]) for pair in combinations(trace.flying, 2)
-    }
-    yield from _lowest(flight, apart, within, lambda metres: f"distance between drones: {metres:.2f} m")
-    if trace.swarm.obstacles:
-        surfaces: Values = {(i,): nearest_surface(flight.positions[i], trace.swarm.obstacles) for i in trace.flying}
-        yield from _lowest(flight, surfaces, within, lambda metres: f"distance to an obstacle: {metres:.2f} m")
-    tails = np.zeros(len(flight.stamps), np.bool_)
+    trace, within, tails = flight.trace, airborne(flight.trace).holds(flight.stamps), np.zeros(len(flight.stamps), bool)
     for phase in formation_phases(trace):
         tails |= phase.span.tail().holds(flight.stamps)
-    formation: Values = {(i,): -flight.formation(i) for i in trace.followers}
-    yield from _lowest(flight, formation, tails, lambda metres: f"formation error in a tail: {-1000 * metres:.1f} mm")
-    observation: Values = {(i,): -flight.observation[i] for i in trace.followers}
-    yield from _lowest(
-        flight, observation, tails, lambda metres: f"observation error in a tail: {-1000 * metres:.1f} mm"
-    )
+    x, obstacles = flight.positions, trace.swarm.obstacles
+    apart: Values = {(i, j): norms(x[i] - x[j]) for i, j in combinations(trace.flying, 2)}
+    clear: Values = {(i,): nearest_surface(x[i], obstacles) for i in trace.flying if obstacles}
+    formation: Values = {(i,): -1000.0 * flight.formation(i) for i in trace.followers}
+    observation: Values = {(i,): -1000.0 * flight.observation[i] for i in trace.followers}
+    yield from _lowest(flight, apart, within, "distance between drones: {:.2f} m")
+    yield from _lowest(flight, clear, within, "distance to an obstacle: {:.2f} m")
+    yield from _lowest(flight, formation, tails, "formation error in a tail: {:.1f} mm", -1.0)
+    yield from _lowest(flight, observation, tails, "observation error in a tail: {:.1f} mm", -1.0)
 
 
-def _lowest(flight: Sampled, values: Values, within: Booleans, text: Callable[[float], str]) -> Iterator[Moment]:
-    """Yield the moment of the smallest of the known values `within`, if there is one."""
+def _lowest(flight: Sampled, values: Values, within: Booleans, text: str, sign: float = 1.0) -> Iterator[Moment]:
+    """Yield the moment of the smallest of the known values `within`, if there is one; the text has `sign` times it."""
     masked = {whom: np.where(within & np.isfinite(one), one, np.inf) for whom, one in values.items()}
     whom = min(masked, key=lambda one: float(masked[one].min(initial=np.inf)), default=None)
     if whom is not None and np.isfinite(masked[whom]).any():
         at = int(np.argmin(masked[whom]))
         names = " and ".join(flight.trace.plan.pilot[number] for number in whom)
-        yield Moment(int(flight.stamps[at]), f"{text(float(masked[whom][at]))}, {names}", whom)
+        yield Moment(int(flight.stamps[at]), f"{text.format(sign * float(masked[whom][at]))}, {names}", whom)
