@@ -119,7 +119,7 @@ def _places_outside(trace: Trace) -> tuple[str, ...]:
 
 def _drones(trace: Trace) -> tuple[Check, ...]:
     found = (
-        _none("on the ground in formation", outcomes.grounded(trace, formation_phases(trace))),
+        _none("on the ground in formation", outcomes.grounded(trace)),
         _none("lost drones", outcomes.lost(trace)),
         _none("conformance", deviations(trace)),
     )

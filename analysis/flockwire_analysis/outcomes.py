@@ -15,10 +15,10 @@ from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import MOTORS_OFF
 
 from flockwire_analysis.observed import Shown
-from flockwire_analysis.phases import FormationPhase, at
+from flockwire_analysis.phases import at
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Series
-from flockwire_analysis.tracking import interpolated
+from flockwire_analysis.tracking import in_formation, interpolated
 
 SILENCE = 2 * SECOND  # ns before the flight's end at which telemetry or a pilot's status may end
 DOWN = (FlightState.GROUNDED, FlightState.STOPPED, FlightState.HELD)
@@ -46,15 +46,14 @@ def lost(trace: Trace) -> tuple[str, ...]:
     return tuple(sentence for i in trace.flying for sentence in _losses(trace, i, int(end), down))
 
 
-def grounded(trace: Trace, phases: tuple[FormationPhase, ...]) -> tuple[str, ...]:
+def grounded(trace: Trace) -> tuple[str, ...]:
     """Return a sentence for each drone that was on the ground within a formation phase, whatever its pilot reported."""
     found = []
     for i in trace.flying:
         telemetry = trace.of("telemetry", i)
-        down = telemetry.values[:, 0] == FlightState.GROUNDED
-        stamps = [telemetry.stamps[phase.span.holds(telemetry.stamps) & down] for phase in phases]
-        if len(together := np.concatenate([np.empty(0, np.int64), *stamps])):
-            found.append(f"{uav(i)} from {at(trace, int(together[0]))}")
+        down = (telemetry.values[:, 0] == FlightState.GROUNDED) & in_formation(trace, telemetry.stamps)
+        if down.any():
+            found.append(f"{uav(i)} from {at(trace, int(telemetry.stamps[down][0]))}")
     return tuple(found)
 
 
