@@ -69,8 +69,15 @@ def _from_above(drawn: Sequence[tuple[Trace, Look]], names: Sequence[str], out: 
     canvas = Canvas(drawn[0][0], out)
     figure, (axes,) = canvas.panels(height=3.5)
     for trace, (colour, style) in drawn:
-        _paths(axes, trace, colour, style)
-    _name_ends(axes, canvas)
+        times = airborne(trace).instants(1000)
+        for number in trace.placed():
+            path = places(trace, number, times)[:, :2]
+            width = 1.1 if number == 0 else 0.7
+            axes.plot(*path.T, color=colour, linestyle=style, linewidth=width, alpha=0.8)
+            if trace is canvas.trace and len(trace.placed()) <= MOST_NAMED:
+                _name_end(axes, canvas.name(number), path[np.isfinite(path).all(axis=1)])
+        for obstacle in trace.swarm.obstacles:
+            axes.plot(*obstacle.center[:2], "x", color=INK, markersize=4)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel("x (east), m")
     axes.set_ylabel("y (north), m")
@@ -78,27 +85,9 @@ def _from_above(drawn: Sequence[tuple[Trace, Look]], names: Sequence[str], out: 
     return canvas.save(figure, "paths")
 
 
-def _paths(axes: Axes, trace: Trace, colour: str, style: Any) -> None:  # noqa: ANN401
-    times = airborne(trace).instants(1000)
-    for number in trace.placed():
-        path = places(trace, number, times)
-        width = 1.1 if number == 0 else 0.7
-        axes.plot(path[:, 0], path[:, 1], color=colour, linestyle=style, linewidth=width, alpha=0.8)
-    for obstacle in trace.swarm.obstacles:
-        axes.plot(*obstacle.center[:2], "x", color=INK, markersize=4)
-
-
-def _name_ends(axes: Axes, canvas: Canvas) -> None:
-    """Name the drones of the first flight where their paths end."""
-    numbers = canvas.trace.placed()
-    for number in numbers if len(numbers) <= MOST_NAMED else ():
-        path = places(canvas.trace, number, airborne(canvas.trace).instants(1000))[:, :2]
-        known = path[np.isfinite(path).all(axis=1)]
-        if len(known):
-            axes.annotate(
-                canvas.name(number), known[-1], (3, 3), textcoords="offset points", fontsize=NAME_SIZE, color=MUTED,
-                zorder=7,
-            )  # fmt: skip
+def _name_end(axes: Axes, name: str, path: Floats) -> None:
+    for x, y in path[-1:]:
+        axes.annotate(name, (x, y), (3, 3), textcoords="offset points", fontsize=NAME_SIZE, color=MUTED, zorder=7)
 
 
 def _entries(names: Sequence[str]) -> list[Artist]:
