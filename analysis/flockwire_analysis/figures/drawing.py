@@ -149,9 +149,16 @@ def _name_all(axes: Axes, marked: Sequence[Event], places: Sequence[float]) -> i
     """Write the names of events above the axes; return the number of rows."""
     rows = rows_of(marked, places)
     for event, place, row, before in zip(marked, places, rows, _before(marked, places), strict=True):
-        if row is not None:
-            _name(axes, event.text, place, row, before)
-    return 1 + max([row for row in rows if row is not None], default=-1)
+        if row is None:
+            continue
+        edge = place > 1.0 - _width(event.text) and not before
+        shift = 0 if edge else -1 if before else 1
+        axes.annotate(
+            event.text, (1.0 if edge else place, 1.0), (shift, 1.5 + (NAME_SIZE + 1.5) * row),
+            xycoords="axes fraction", textcoords="offset points", va="bottom",
+            ha="right" if edge or before else "left", color=MUTED, fontsize=NAME_SIZE,
+        )  # fmt: skip
+    return len({*rows} - {None})
 
 
 def rows_of(marked: Sequence[Event], places: Sequence[float]) -> list[int | None]:
@@ -186,17 +193,6 @@ def _before(marked: Sequence[Event], places: Sequence[float]) -> list[bool]:
         found.append(following - place < width and place - width >= taken)
         taken = max(taken, place + width)
     return found
-
-
-def _name(axes: Axes, text: str, place: float, row: int, before: bool) -> None:
-    """Write the name of an event above the axes, in another row if it would overlap."""
-    edge = place > 1.0 - _width(text) and not before
-    over = edge or before
-    axes.annotate(
-        text, (1.0 if edge else place, 1.0), (0 if edge else -1 if before else 1, 1.5 + (NAME_SIZE + 1.5) * row),
-        xycoords="axes fraction", textcoords="offset points", va="bottom", ha="right" if over else "left",
-        color=MUTED, fontsize=NAME_SIZE,
-    )  # fmt: skip
 
 
 def thinned(times: Floats, values: Floats) -> tuple[Floats, Floats]:
