@@ -29,10 +29,6 @@ def render(package: str, template: str, /, **values: object) -> str:
 
     Raises jinja2.UndefinedError if the template needs a value that is not given.
     """
-    return _environment(package).get_template(template).render(values)
-
-
-def _environment(package: str) -> Environment:
     environment = Environment(
         loader=ChoiceLoader([PackageLoader(name) for name in (package, SHARED)]),
         autoescape=True,
@@ -41,7 +37,7 @@ def _environment(package: str) -> Environment:
         lstrip_blocks=True,
     )
     environment.filters["data_uri"] = lambda png: f"data:image/png;base64,{b64encode(png.read_bytes()).decode()}"
-    return environment
+    return environment.get_template(template).render(values)
 
 
 UNKNOWN = "\N{EN DASH}"
