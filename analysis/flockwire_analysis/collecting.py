@@ -20,7 +20,7 @@ from flockwire_recorder.trace import count_lost, publication_time
 from flockwire_analysis.columns import Columns
 from flockwire_analysis.observed import Observed, Shown, append_change, keep, observed, shown
 from flockwire_analysis.recorded import Held, ProcessRecord, Trace, is_repeated
-from flockwire_analysis.series import Samples, movers_of, series_of, signals_of
+from flockwire_analysis.series import movers_of, series_of, signals_of
 
 DAY: Final = 86_400 * 1_000_000_000  # ns
 FOREVER: Final = 1 << 61  # ns
@@ -151,14 +151,14 @@ class Collector:
 
     def trace(self, path: Path, closed: bool = True, lost_bytes: int = 0) -> Trace:
         """Return the data collected from `path`."""
-        lost_orders = {version for version in self._obeyed - self._missions.keys() if version.stamp >= self._begin}
+        lost_orders = sum([order.stamp >= self._begin for order in self._obeyed - self._missions.keys()])
+        obeyed = self._obeyed or self._missions.keys()
         orders = tuple(order for _, order in sorted(self._missions.items()))
-        sizes = {key: columns.size for key, columns in self._columns.items()}
         return Trace(
             path, self.plan, self._metadata,
             {key: series_of(columns) for key, columns in self._columns.items()},
-            self._movers(),
-            tuple(order for order in orders if not self._obeyed or order.version in self._obeyed),  # without rejected
+            {i: movers_of(one) for i, one in self._of("nearby") if one.sensed},
+            tuple(order for order in orders if order.version in obeyed),  # without rejected ones
             orders,
             tuple(stop for _, stop in sorted(self._stops.items())),
             tuple(self._vitals()),
@@ -166,11 +166,10 @@ class Collector:
             {identity: tuple(changes) for identity, changes in self._shown.items()},
             {code: tuple(found) for code, found in self._reasons.items()},
             self._begin, self._end, self._recorded,
-            len(lost_orders) + self._lost(judged=True), self._lost(judged=False),
+            lost_orders + self._lost(judged=True), self._lost(judged=False),
             self._malformed, closed, lost_bytes,
             {number: tuple(sorted(held, key=attrgetter("stamp"))) for number, held in self._held.items()},
-            self._signals(),
-            sizes,
+            {i: signals_of(one) for i, one in self._of("signals")},
         )  # fmt: skip
 
     def _vitals(self) -> Iterator[ProcessRecord]:
@@ -179,16 +178,10 @@ class Collector:
                 cpu = publisher.cpu / len(publisher.sequences)
                 yield ProcessRecord(publisher.last, cpu, tuple(sorted(publisher.links)))
 
-    def _movers(self) -> dict[int, Samples]:
-        """Return what each drone sensed of moving bodies."""
-        sensed = {i: self._columns.get(Key("nearby", uav(i))) for i in self.plan.swarm.flying}
-        movers = {i: movers_of(one) for i, one in sensed.items() if one is not None}
-        return {i: one for i, one in movers.items() if len(one.stamps)}
-
-    def _signals(self) -> dict[int, dict[str, Samples]]:
-        """Return what the laws recorded."""
-        recorded = {i: self._columns.get(Key("signals", uav(i))) for i in self.plan.swarm.followers}
-        return {i: signals_of(one) for i, one in recorded.items() if one is not None}
+    def _of(self, kind: str) -> list[tuple[int, Columns]]:
+        """Return the messages of a kind of key by drone, where there are any."""
+        found = [(i, self._columns.get(Key(kind, uav(i)))) for i in self.plan.swarm.flying]
+        return [(i, one) for i, one in found if one is not None]
 
     def _lost(self, judged: bool) -> int:
         """Return the number of missing messages of keys that are judged, or of all others.

@@ -37,12 +37,12 @@ def costs(trace: Trace) -> dict[str, float | None]:
     The path is the mean length of a follower's, the effort the mean integral of |u|^2 of commanded velocities u; both
     in the formation phases.
     """
-    kinds = [key for key in trace.series if key.kind in EXCHANGED]
+    exchanged = [series for key, series in trace.series.items() if key.kind in EXCHANGED]
     share = SECOND / ((trace.end - trace.begin) * len(trace.swarm.followers))
     return {
         "path_m": _mean(trace, trace.positions, lambda _, points: np.sum(norms(np.diff(points, axis=0)))),
-        "messages_per_s": sum(len(trace.series[key]) for key in kinds) * share,
-        "bytes_per_s": sum(trace.sizes[key] for key in kinds) * share,
+        "messages_per_s": sum(len(series) for series in exchanged) * share,
+        "bytes_per_s": sum(series.size for series in exchanged) * share,
         "effort_m2_s": _mean(
             trace,
             lambda i: trace.of("command", i),

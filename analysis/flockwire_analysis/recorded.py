@@ -53,8 +53,7 @@ class Trace:
     mission that a pilot obeyed once, by stamp, `orders` the others too; `vitals` one entry for each publisher of a
     status, `histories` what pilots reported of phase and orders, `shown` the changes of what pages show of a process,
     by identity, `reasons` a sentence for each reason that a process gave, by code, of those that are judged; `held`
-    which places followers held by auctions; `signals` what laws recorded, by follower and name, `sizes` the bytes of
-    each key's payloads.
+    which places followers held by auctions; `signals` what laws recorded, by follower and name.
     `begin` and `end` are the first and the last log time (Unix ns). `lost` counts missing messages of topics that are
     not repeated, and missing orders that pilots obeyed; `lost_beside` those of optional processes alone; `malformed`
     the messages that could not be decoded. A trace that was not `closed` was read up to its last complete record;
@@ -83,7 +82,6 @@ class Trace:
     lost_bytes: int
     held: dict[int, tuple[Held, ...]] = field(default_factory=dict)
     signals: dict[int, dict[str, Samples]] = field(default_factory=dict)
-    sizes: dict[Key, int] = field(default_factory=dict)
 
     @property
     def swarm(self) -> Swarm:

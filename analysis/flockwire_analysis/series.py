@@ -25,7 +25,8 @@ class Series:
     publishers' counts. Columns of `values`, in m, m/s, m/s^2 and s: pose and truth x y z; estimate x y z vx vy vz;
     command vx vy vz ax ay az; telemetry flight state, battery (share of full), height, command age; nearby the distance
     to the surface of the nearest mover, infinite without one; none for the others. Finite ones are at most NOWHERE.
-    `orientations` of poses and truth are unit quaternions x y z w, from body to world; other kinds have none.
+    `orientations` of poses and truth are unit quaternions x y z w, from body to world; other kinds have none. `size` is
+    that of all payloads, bytes.
     """
 
     stamps: Integers
@@ -34,6 +35,7 @@ class Series:
     sequences: Integers
     values: Floats
     orientations: Floats = field(default_factory=lambda: np.empty((0, 0)))
+    size: int = 0
 
     def __len__(self) -> int:
         return len(self.stamps)
@@ -74,4 +76,4 @@ def series_of(columns: Columns) -> Series:
     values, orientations = np.split(rows["values"], [3 if columns.oriented else columns.width], axis=1)
     stamps, published, logged, sequences = np.ascontiguousarray(rows["times"].T)
     values = np.where(np.isfinite(values), values.clip(-NOWHERE, NOWHERE), values)
-    return Series(stamps, published, logged, sequences, values, orientations)
+    return Series(stamps, published, logged, sequences, values, orientations, columns.size)
