@@ -96,24 +96,15 @@ function sheet(drone) {
   return told.flatMap(([name, value]) => [element("dt", { textContent: name }), element("dd", { textContent: value })]);
 }
 
-// Make the buttons `data-view` and `data-fit` work, and show which is in force.
-function viewButtons(scene) {
-  const buttons = [...document.querySelectorAll("button[data-view], button[data-fit], button[data-zoom]")];
-  const { camera } = scene;
-  for (const button of buttons) {
-    const { view, fit, zoom } = button.dataset;
-    button.addEventListener("click", () => {
-      if (view) camera.look(view);
-      else if (fit) camera.keep(fit);
-      else camera.zoom(Number(zoom));
-    });
-  }
-  return () => {
-    for (const button of buttons) {
-      const { view, fit } = button.dataset;
-      if (view || fit) button.setAttribute("aria-pressed", String(view ? camera.view === view : camera.fit === fit));
-    }
-  };
+// Make the buttons `data-view`, `data-fit` and `data-zoom` work; return what shows which is in force.
+function viewButtons({ camera }) {
+  const look = (name) => camera.look(name);
+  const actions = { view: look, fit: (what) => camera.keep(what), zoom: (by) => camera.zoom(Number(by)) };
+  const found = [...document.querySelectorAll(".tools button")];
+  const buttons = found.map((button) => [button, ...Object.entries(button.dataset)[0]]);
+  for (const [button, kind, value] of buttons) button.addEventListener("click", () => actions[kind](value));
+  const lasting = buttons.filter(([, kind]) => kind !== "zoom");
+  return () => lasting.forEach(([button, kind, value]) => button.setAttribute("aria-pressed", String(camera[kind] === value)));
 }
 
 // Draw when something has changed, once for each frame of the screen.
