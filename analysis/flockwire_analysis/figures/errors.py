@@ -55,11 +55,8 @@ def convergence(canvas: Canvas) -> Picture | None:
     for number, error in errors.items():
         within = span.holds(error.stamps)
         axes.plot(canvas.seconds(error.stamps[within]), _drawn(error.values[within]), color=canvas.colour(number))
-    _logarithmic(axes)
-    axes.set_ylim(bottom=FLOOR)
-    axes.axhline(SETTLED_BELOW, color=MUTED, linewidth=0.7, linestyle=DASHED, zorder=1.5)
+    _scale(axes, r"$|\eta_i - x_0|$, m")
     axes.set_xlim(canvas.second(span.begin), canvas.second(span.end))
-    axes.set_ylabel(r"$|\eta_i - x_0|$, m")
     axes.set_xlabel(canvas.time_label)
     entries = [line(f"{SETTLED_BELOW:g} m", style=DASHED)]
     if settled is not None:
@@ -74,19 +71,18 @@ def convergence(canvas: Canvas) -> Picture | None:
 def _over_time(
     canvas: Canvas, errors: dict[int, Errors], name: str, title: str, label: str, caption: str
 ) -> Picture | None:
-    known = {i: _within(canvas, error) for i, error in errors.items()}
-    known = {i: error for i, error in known.items() if np.isfinite(error.values).any()}
+    known = {}
+    for number, error in errors.items():
+        shown = canvas.flight.holds(error.stamps)
+        if np.isfinite(error.values[shown]).any():
+            known[number] = canvas.seconds(error.stamps[shown]), error.values[shown]
     if not known:
         return None
     figure, (axes,) = canvas.panels()
-    for number, error in known.items():
-        times, values = envelope(canvas.seconds(error.stamps), _drawn(error.values))
-        axes.plot(times, values, color=canvas.colour(number), alpha=0.9)
-    top = max(float(np.nanmax(error.values)) for error in known.values())
-    _logarithmic(axes)
-    axes.set_ylim(FLOOR, max(2.0 * top, 4 * SETTLED_BELOW))
-    axes.set_ylabel(label)
-    axes.axhline(SETTLED_BELOW, color=MUTED, linewidth=0.7, linestyle=DASHED, zorder=1.5)
+    for number, (times, values) in known.items():
+        axes.plot(*envelope(times, _drawn(values)), color=canvas.colour(number), alpha=0.9)
+    _scale(axes, label)
+    axes.set_ylim(top=max(4 * SETTLED_BELOW, *(2.0 * float(np.nanmax(values)) for _, values in known.values())))
     rows = canvas.over_time([axes], tails=True)
     legend(axes, canvas.names(known), [line(f"settled, {SETTLED_BELOW:g} m", style=DASHED), area("tail")], rows)
     return Picture(canvas.save(figure, name), title, caption)
@@ -97,11 +93,10 @@ def _drawn(values: Floats) -> Floats:
     return np.where(values > 0.0, values, np.nan)
 
 
-def _logarithmic(axes: Axes) -> None:
+def _scale(axes: Axes, label: str) -> None:
+    """Give the axes a logarithmic scale, and a line below which errors count as settled."""
     axes.set_yscale("log")
     axes.yaxis.set_minor_locator(NullLocator())  # invisible marks take longest to draw
-
-
-def _within(canvas: Canvas, error: Errors) -> Errors:
-    shown = canvas.flight.holds(error.stamps)
-    return Errors(error.stamps[shown], error.values[shown])
+    axes.set_ylim(bottom=FLOOR)
+    axes.axhline(SETTLED_BELOW, color=MUTED, linewidth=0.7, linestyle=DASHED, zorder=1.5)
+    axes.set_ylabel(label)
