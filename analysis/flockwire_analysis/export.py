@@ -14,8 +14,7 @@ from flockwire_core.domain.time import SECOND
 from flockwire_core.extras import remedy
 from flockwire_core.swarm.model import uav
 
-from flockwire_analysis.events import events
-from flockwire_analysis.phases import Span, formation_phases, origin
+from flockwire_analysis.phases import Span, events, formation_phases, origin
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Integers

@@ -1,17 +1,19 @@
-"""The times of a flight: the span in the air, a phase for each ordered formation, the formation in force."""
+"""The times of a flight: its events, the span in the air, a phase for each ordered formation, the one in force."""
 
 from __future__ import annotations
 
+import json
 from itertools import pairwise, zip_longest
 from typing import NamedTuple
 
 import numpy as np
 from flockwire_core.control.formation import Formation
 from flockwire_core.domain.order import Mission
-from flockwire_core.domain.time import SECOND
+from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.pilot.orders import flown_place, is_known
 from flockwire_core.swarm.model import uav
 
+from flockwire_analysis import FAULTS
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Booleans, Floats, Integers
 
@@ -149,3 +151,34 @@ def formations_of(trace: Trace, mission: Mission) -> dict[str, Formation] | None
     named = {mission.formation} if mission.change is None else {mission.formation, mission.change.before}
     formations = {name: trace.swarm.build_formation(name) for name in named.intersection(trace.swarm.formation_names)}
     return formations if is_known(formations, mission) else None
+
+
+class Event(NamedTuple):
+    """An event at `stamp` (Unix ns), with a short name; `kind` is "order", "stop" or "fault"."""
+
+    stamp: int
+    text: str
+    kind: str = "order"
+
+
+def events(trace: Trace) -> tuple[Event, ...]:
+    """Return the events to mark in the figures of a flight."""
+    took_off = next((mission.stamp for mission in trace.missions if mission.verb == "takeoff"), trace.begin)
+    injected = json.loads(trace.metadata.get(FAULTS, "[]"))
+    faults = [Event(took_off + nanoseconds(at), text, "fault") for at, text in injected]
+    return tuple(sorted((*map(_order, trace.missions), *_stops(trace), *faults)))
+
+
+def _order(mission: Mission) -> Event:
+    """Return the event of an order; a start counts from the formation's time 0."""
+    when = max(mission.start, mission.stamp) if mission.in_formation else mission.stamp
+    return Event(when, f"{mission.verb} {mission.formation}".strip())
+
+
+def _stops(trace: Trace) -> list[Event]:
+    repeats = 3 * SECOND  # ns in which a stop counts as a repetition
+    found: list[Event] = []
+    for stop in trace.stops:
+        if not found or stop.stamp - found[-1].stamp > repeats:
+            found.append(Event(stop.stamp, "STOP", "stop"))
+    return found

@@ -17,10 +17,10 @@ from flockwire_core.ground.fleet import STALE
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.phase import Phase
 
-from flockwire_analysis.events import Event, events
 from flockwire_analysis.key_figures import Summary
 from flockwire_analysis.moving_bodies import MovingBody, moving_bodies
 from flockwire_analysis.observed import Shown
+from flockwire_analysis.phases import Event, events
 from flockwire_analysis.recorded import Trace, is_virtual
 from flockwire_analysis.sampled import Sampled, sampled, worst_moments
 from flockwire_analysis.series import Floats, Samples

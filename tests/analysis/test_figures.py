@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from flockwire_analysis.events import FAULTS, Event, events
+from flockwire_analysis import FAULTS
 from flockwire_analysis.figures import animation, distances, errors, motion
 from flockwire_analysis.figures.animation import VIEWS, animate
 from flockwire_analysis.figures.comparison import compare
@@ -18,6 +18,7 @@ from flockwire_analysis.figures.errors import observation
 from flockwire_analysis.figures.graph import graph
 from flockwire_analysis.figures.legends import line
 from flockwire_analysis.figures.trajectories import trajectories
+from flockwire_analysis.phases import Event, events
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.tracking import Errors, places, references, velocities
 from flockwire_core.domain.time import SECOND

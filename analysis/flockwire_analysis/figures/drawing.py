@@ -20,8 +20,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from flockwire_analysis.events import Event, events
-from flockwire_analysis.phases import airborne, formation_phases, origin
+from flockwire_analysis.phases import Event, airborne, events, formation_phases, origin
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Floats, Integers
 from flockwire_analysis.tracking import Errors, formation_errors, observation_errors
