@@ -24,7 +24,7 @@ from flockwire_analysis.phases import Event, events
 from flockwire_analysis.recorded import Trace, is_virtual
 from flockwire_analysis.sampled import Sampled, sampled, worst_moments
 from flockwire_analysis.series import Floats, Samples
-from flockwire_analysis.view import FOLDER, filled, outline, scripts, style
+from flockwire_analysis.view import FOLDER, SCRIPTS, filled, joined, outline
 
 MOST = 1_200_000  # numbers in a page, about six characters each
 MOST_SENSED = MOST // 4  # of these, of moving bodies
@@ -56,8 +56,8 @@ def replay(trace: Trace, summary: Summary) -> str:
         FOLDER / "replay.html",
         LISTED,
         title=escape(trace.swarm.name.replace("_", " ")),
-        style=style(),
-        scripts=scripts(FOLDER / "replay.js"),
+        style=joined("style.css"),
+        scripts=joined(*SCRIPTS, "replay.js"),
         flight=text,
     )
 

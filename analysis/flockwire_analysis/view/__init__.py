@@ -30,14 +30,9 @@ def outline(plan: Plan) -> dict[str, Any]:
     }
 
 
-def scripts(*last: Path) -> str:
-    """Return the shared scripts and then those of the page itself, as one text."""
-    return "\n".join(path.read_text(encoding="utf-8") for path in (*(FOLDER / name for name in SCRIPTS), *last))
-
-
-def style() -> str:
-    """Return the shared style sheet."""
-    return (FOLDER / "style.css").read_text(encoding="utf-8")
+def joined(*files: str | Path) -> str:
+    """Return files of this folder, or of any other by their paths, as one text."""
+    return "\n".join((FOLDER / file).read_text(encoding="utf-8") for file in files)
 
 
 def filled(template: Path, more: str = "", **parts: str) -> str:
@@ -45,5 +40,5 @@ def filled(template: Path, more: str = "", **parts: str) -> str:
 
     `more` is what the page adds to the panes. Raises KeyError for a part that is not given.
     """
-    panes = Template((FOLDER / "panes.html").read_text(encoding="utf-8")).substitute(more=more)
-    return Template(template.read_text(encoding="utf-8")).substitute(parts, panes=panes)
+    panes = Template(joined("panes.html")).substitute(more=more)
+    return Template(joined(template)).substitute(parts, panes=panes)

@@ -103,8 +103,11 @@ function viewButtons({ camera }) {
   const found = [...document.querySelectorAll(".tools button")];
   const buttons = found.map((button) => [button, ...Object.entries(button.dataset)[0]]);
   for (const [button, kind, value] of buttons) button.addEventListener("click", () => actions[kind](value));
-  const lasting = buttons.filter(([, kind]) => kind !== "zoom");
-  return () => lasting.forEach(([button, kind, value]) => button.setAttribute("aria-pressed", String(camera[kind] === value)));
+  return () => {
+    for (const [button, kind, value] of buttons) {
+      if (kind !== "zoom") button.setAttribute("aria-pressed", String(camera[kind] === value));
+    }
+  };
 }
 
 // Draw when something has changed, once for each frame of the screen.

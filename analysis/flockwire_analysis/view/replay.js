@@ -123,8 +123,8 @@ function draw() {
   scene.draw(shown, trails, flown);
   for (const chart of charts) chart.draw(now, scene.selected);
   $("clock").firstChild.textContent = `t = ${now.toFixed(2)} s`;
-  const utc = () => `${new Date(flight.zero + 1000 * now).toISOString().slice(11, 19)} UTC`;
-  $("clock").lastChild.textContent = flight.virtual ? "virtual time" : utc();
+  const utc = new Date(flight.zero + 1000 * now).toISOString().slice(11, 19);
+  $("clock").lastChild.textContent = flight.virtual ? "virtual time" : `${utc} UTC`;
   $("slider").value = Math.round(at);
   $("slider").setAttribute("aria-valuetext", `${now.toFixed(2)} s`);
   if (!playing || performance.now() - tabled > TABLE_EVERY) describe(shown);

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from aiohttp import WSMsgType, web
-from flockwire_analysis.view import filled, outline, scripts, style
+from flockwire_analysis.view import SCRIPTS, filled, joined, outline
 from flockwire_core import clock
 from flockwire_core.ground.order import Answer, Order
 from flockwire_core.wire.plan import Plan
@@ -173,13 +173,12 @@ async def _repeated(work: Callable[[], Awaitable[object]], failure: str) -> None
 
 def _files() -> dict[str, tuple[str, str]]:
     """Return the page's files by path, each with its type: its own, and what it shares with the replay page."""
-    app, orders = (PAGE / name for name in ("app.js", "orders.css"))
     return {
         "/": (filled(PAGE / "index.html"), "text/html"),
-        "/style.css": (style(), "text/css"),
-        "/orders.css": (orders.read_text(encoding="utf-8"), "text/css"),
-        "/scene.js": (scripts(), "text/javascript"),
-        "/app.js": (app.read_text(encoding="utf-8"), "text/javascript"),
+        "/style.css": (joined("style.css"), "text/css"),
+        "/orders.css": (joined(PAGE / "orders.css"), "text/css"),
+        "/scene.js": (joined(*SCRIPTS), "text/javascript"),
+        "/app.js": (joined(PAGE / "app.js"), "text/javascript"),
     }
 
 
