@@ -39,10 +39,16 @@ def trajectories(canvas: Canvas) -> Picture | None:
     axes.set_xlabel("x (east), m")
     axes.set_ylabel("y (north), m")
     others = [line(_fence_name(canvas), DANGER, FENCE)] if fenced else []
+    caption = ""
     if canvas.trace.swarm.obstacles:
         others.append(line("clearance of obstacles", RING, DASHED))
+        caption = " Filled discs are obstacles, the dashed ring is the required clearance."
     legend(axes, canvas.names(paths), others)
-    return Picture(canvas.save(figure, "trajectories"), "Trajectories", _caption(canvas))
+    text = (
+        "The flight from above; older parts are paler. Open markers: starts; filled: ends. "
+        "Grey lines connect the followers at a few times. The fence is drawn if it is in view."
+    )
+    return Picture(canvas.save(figure, "trajectories"), "Trajectories", text + caption)
 
 
 def _fence_name(canvas: Canvas) -> str:
@@ -51,16 +57,6 @@ def _fence_name(canvas: Canvas) -> str:
         return f"fence, polygon of {len(fence.polygon)} corners"
     spans = (f"{axis} {fence.low[k]:g} … {fence.high[k]:g}" for k, axis in enumerate("xy"))
     return f"fence, {', '.join(spans)} m"
-
-
-def _caption(canvas: Canvas) -> str:
-    text = (
-        "The flight from above; older parts are paler. Open markers: starts; filled: ends. "
-        "Grey lines connect the followers at a few times. The fence is drawn if it is in view."
-    )
-    if canvas.trace.swarm.obstacles:
-        text += " Filled discs are obstacles, the dashed ring is the required clearance."
-    return text
 
 
 def view(axes: Axes, canvas: Canvas, places: Floats) -> bool:
