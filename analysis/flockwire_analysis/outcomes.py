@@ -18,7 +18,7 @@ from flockwire_analysis.observed import Shown
 from flockwire_analysis.phases import at
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Series
-from flockwire_analysis.tracking import in_formation, interpolated
+from flockwire_analysis.tracking import in_formation, places
 
 SILENCE = 2 * SECOND  # ns before the flight's end at which telemetry or a pilot's status may end
 DOWN = (FlightState.GROUNDED, FlightState.STOPPED, FlightState.HELD)
@@ -79,7 +79,7 @@ def _reports(trace: Trace, number: int) -> tuple[tuple[str, Series], ...]:
 def _last_aloft(trace: Trace, number: int) -> int:
     """Return when telemetry last reported a drone off the ground, Unix ns."""
     telemetry = trace.of("telemetry", number)
-    airborne = telemetry.logged[~np.isin(telemetry.values[:, 0], DOWN)] if len(telemetry) else telemetry.logged
+    airborne = telemetry.logged[~np.isin(telemetry.values[:, 0], DOWN)]
     return int(airborne[-1]) if len(airborne) else 0
 
 
@@ -108,7 +108,7 @@ def _landing_distance(trace: Trace, number: int) -> float | None:
     positions, begin = trace.positions(number), _landing_began(trace, number)
     if begin is None or not len(positions):
         return None
-    (x, y, _), end = interpolated(positions, np.array([begin]))[0], positions.values[-1]
+    (x, y, _), end = places(trace, number, np.array([begin]))[0], positions.values[-1]
     return float(np.hypot(end[0] - x, end[1] - y)) if np.isfinite(x) else None
 
 

@@ -51,8 +51,8 @@ def _read(records: WholeRecords, collector: Collector | None) -> Collector | Non
 def _swarm(path: Path, metadata: dict[str, str]) -> Swarm:
     try:
         swarm = Swarm.model_validate_json(metadata["swarm"])
+        if found := problems(swarm, to_fly=False):
+            raise ValueError(found[0])
     except (KeyError, ValueError) as error:
         raise ValueError(f"{path}: its swarm is from another version of flockwire: {error}") from error
-    if found := problems(swarm, to_fly=False):
-        raise ValueError(f"{path}: its swarm is from another version of flockwire: {found[0]}")
     return swarm

@@ -200,8 +200,6 @@ def thinned(times: Floats, values: Floats) -> tuple[Floats, Floats]:
     if block < 3:
         return times, values
     whole = len(times) // block * block
-    if not whole:
-        return times, values
     blocks = values[:whole].reshape(-1, block)
     rows = np.sort(np.stack([np.argmin(blocks, axis=1), np.argmax(blocks, axis=1)], axis=1), axis=1)
     picked = (rows + np.arange(len(blocks))[:, None] * block).ravel()
