@@ -122,6 +122,7 @@ function draw() {
   }
   scene.draw(shown, trails, flown);
   for (const chart of charts) chart.draw(now, scene.selected);
+  strip($("marks"), flight.marks, (t) => index(t) / last);
   $("clock").firstChild.textContent = `t = ${now.toFixed(2)} s`;
   const utc = new Date(flight.zero + 1000 * now).toISOString().slice(11, 19);
   $("clock").lastChild.textContent = flight.virtual ? "virtual time" : `${utc} UTC`;
@@ -185,10 +186,6 @@ function jump({ t, drones = [] }) {
   seek(t);
 }
 
-function marks() {
-  strip($("marks"), flight.marks, (t) => index(t) / last);
-}
-
 function fill() {
   for (const one of SPEEDS) $("speed").append(new Option(`${one} ×`, one, one === 1, one === 1));
   for (const [seconds, text] of TRAILS) $("tail").append(new Option(text, seconds));
@@ -244,13 +241,9 @@ function listen() {
     if (Number.isFinite(time)) seek(time);
   };
   addEventListener("hashchange", linked);
-  new ResizeObserver(() => {
-    marks();
-    draw();
-  }).observe(document.body);
+  new ResizeObserver(draw).observe(document.body);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
     palette.read();
-    marks();
     draw();
   });
   linked();
@@ -264,5 +257,4 @@ scene.camera.fit = "flight";
 state(flight.verdict, flight.failed);
 fill();
 listen();
-marks();
 draw();
