@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from flockwire_analysis import separation
 from flockwire_analysis.figures.drawing import DANGER, OKABE_ITO, Canvas, Picture, thinned
-from flockwire_analysis.figures.legends import MARK, dot, legend, line
+from flockwire_analysis.figures.legends import MARK, legend, line
 from flockwire_analysis.series import Floats, Integers
 
 GREY = "#9aa3b2"
@@ -79,8 +79,9 @@ def _mark_smallest(
     whose = min(known, key=lambda drones: float(np.nanmin(known[drones])))
     at = int(np.nanargmin(known[whose]))
     lowest, when = float(known[whose][at]), canvas.second(int(times[at]))
-    axes.plot([when], [lowest], linestyle="", **MARK)
     axes.set_ylim(min(0.0, 1.1 * lowest), 1.05 * max(float(np.nanmax(d)) for d in known.values()))
     if in_pairs and len(whose) == 1:
         whose = (*whose, separation.nearest_to(canvas.trace, *whose, int(times[at])))
-    return dot(f"{lowest:.2f} m: {', '.join(map(canvas.name, whose))}, {when:.1f} s")
+    text = f"{lowest:.2f} m: {', '.join(map(canvas.name, whose))}, {when:.1f} s"
+    (mark,) = axes.plot([when], [lowest], linestyle="", label=text, **MARK)
+    return mark

@@ -48,11 +48,6 @@ def line(text: str, colour: str = MUTED, style: Any = "-", width: float = 1.0) -
     return Line2D([], [], color=colour, linestyle=style, linewidth=width, label=text)
 
 
-def dot(text: str) -> Artist:
-    """Return an entry of a legend for a marked point."""
-    return Line2D([], [], linestyle="", label=text, **MARK)
-
-
 def area(text: str) -> Artist:
     """Return an entry of a legend for the shaded tails."""
     return Patch(color=OKABE_ITO[0], alpha=0.12, linewidth=0, label=text)
