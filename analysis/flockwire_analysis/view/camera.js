@@ -56,10 +56,6 @@ class Camera {
     return [this.width / 2 + this.scale * dot(from, this.right), this.middle - this.scale * dot(from, this.up)];
   }
 
-  depth(point) {
-    return dot(point, this.near);
-  }
-
   // Show all of `points`, if there are any.
   frame(points) {
     if (!points.length || !this.width || !this.height) return;

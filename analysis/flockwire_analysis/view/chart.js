@@ -90,15 +90,11 @@ class Chart {
   }
 
   limits() {
-    let [low, high] = this.told.log ? [FLOOR, 0.2] : [0, 1];
-    for (const { values } of this.curves) {
-      for (const value of values) {
-        if (value === null) continue;
-        high = Math.max(high, value);
-        if (!this.told.log) low = Math.min(low, value);
-      }
-    }
-    return this.told.log ? [low, 1.5 * high] : [low, low + 1.08 * (high - low)];
+    const known = this.curves.flatMap(({ values }) => values.filter((value) => value !== null));
+    const high = known.reduce((a, b) => Math.max(a, b), this.told.log ? 0.2 : 1);
+    if (this.told.log) return [FLOOR, 1.5 * high];
+    const low = known.reduce((a, b) => Math.min(a, b), 0);
+    return [low, low + 1.08 * (high - low)];
   }
 
   ticks(pen) {

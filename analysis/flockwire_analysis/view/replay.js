@@ -33,8 +33,8 @@ for (const title of signals) {
 // Return a value at a fractional index, linear between two known ones, null where it is unknown.
 function between(values, at) {
   const k = Math.floor(at);
-  const [a, b] = [values[k], values[k + 1]];
-  return a === null || a === undefined || b === null || b === undefined ? a ?? null : a + (at - k) * (b - a);
+  const [a, b] = [values[k] ?? null, values[k + 1] ?? null];
+  return a === null || b === null ? a : a + (at - k) * (b - a);
 }
 
 function point(three, at) {

@@ -39,8 +39,9 @@ class Scene {
     }
     for (const { id } of drones) this.place(pen, id, picture.drones[id]);
     this.labels = [];
-    const ordered = drones.map((one) => [camera.depth(picture.drones[one.id].position), one]).sort((a, b) => a[0] - b[0]);
-    for (const [, { id, name }] of ordered) this.drone(pen, id, name, picture.drones[id]);
+    const depth = ({ id }) => dot(picture.drones[id].position, camera.near);
+    drones.sort((a, b) => depth(a) - depth(b));
+    for (const { id, name } of drones) this.drone(pen, id, name, picture.drones[id]);
   }
 
   faded(id) {
