@@ -19,9 +19,9 @@ from flockwire_core.domain.time import SECOND
 from flockwire_core.swarm.model import Swarm
 
 from flockwire_analysis.moving_bodies import moving_bodies
-from flockwire_analysis.phases import formation_phases
+from flockwire_analysis.phases import Span, formation_phases
 from flockwire_analysis.recorded import Trace
-from flockwire_analysis.separation import nearest_surface
+from flockwire_analysis.separation import common_times, nearest_surface
 from flockwire_analysis.series import Booleans, Floats, Integers
 from flockwire_analysis.tracking import SETTLED_BELOW, Errors, norms, own_places
 from flockwire_analysis.tracking import places as positions
@@ -29,22 +29,16 @@ from flockwire_analysis.tracking import places as positions
 
 def undisturbed(trace: Trace, errors: dict[int, Errors]) -> dict[int, Errors]:
     """Return `errors` without the samples of followers whose places were not free."""
-    times = _times(trace)
-    if not len(times) or not (trace.swarm.obstacles or trace.movers):
+    spans = [phase.span for phase in formation_phases(trace)]
+    if not spans or not (trace.swarm.obstacles or trace.movers):
         return errors
+    times = common_times(Span(spans[0].begin, spans[-1].end), 20)
     places = {i: own_places(trace, i, times) for i in trace.followers}
     drones = {i: positions(trace, i, times) for i in trace.followers}
     taken = taken_places(trace.swarm, times, places, drones, _inside_movers(trace, times, places))
     nearest = {number: np.searchsorted(times, error.stamps).clip(0, len(times) - 1) for number, error in errors.items()}
     free = {number: ~taken[number][steps] for number, steps in nearest.items()}
     return {i: Errors(error.stamps[free[i]], error.values[free[i]]) for i, error in errors.items()}
-
-
-def _times(trace: Trace) -> Integers:
-    """Return instants of all formation phases, Unix ns."""
-    step = SECOND // 20  # ns
-    spans = [phase.span for phase in formation_phases(trace)]
-    return np.arange(spans[0].begin, spans[-1].end + step, step, dtype=np.int64) if spans else np.empty(0, np.int64)
 
 
 def taken_places(

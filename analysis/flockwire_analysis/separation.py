@@ -16,10 +16,9 @@ from flockwire_analysis.series import Booleans, Floats, Integers
 from flockwire_analysis.tracking import norms, places
 
 
-def common_times(span: Span) -> Integers:
-    """Return instants of `span`, 100 Hz, Unix ns."""
-    grid = SECOND // 100  # ns between the instants of distances
-    return np.arange(span.begin, span.end + 1, grid, dtype=np.int64)
+def common_times(span: Span, rate: int = 100) -> Integers:
+    """Return `rate` instants per s of `span`, Unix ns."""
+    return np.arange(span.begin, span.end + 1, SECOND // rate, dtype=np.int64)
 
 
 def pair_distances(trace: Trace, times: Integers) -> Iterator[tuple[int, int, Floats]]:
