@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from flockwire_core.compiling import mypyc_attr
-from flockwire_core.control.airframe.first_order_lag import lead, stopping_reference
+from flockwire_core.control.airframe.first_order_lag import lead
 from flockwire_core.control.around.planner import Planner
 from flockwire_core.control.leader_track import LeaderTrack
 from flockwire_core.control.observer import ObserverParameters, relay_step
@@ -87,7 +87,7 @@ class ExtendedLaw:
         before, after = place.rate(t), place.rate((ahead + self._period - place.start) / SECOND)
         there = leader.after(self._dead_time)
         goal = add(place.offset(t), there.position)
-        error = subtract(observation.motion.stopping, stopping_reference(goal, add(before, there.velocity), self._lag))
+        error = subtract(observation.motion.stopping, lead(goal, add(before, there.velocity), self._lag))
         # The command lasts one period, so it is evaluated at the middle of the period.
         rate = add(scale(add(before, after), 0.5), leader.after(self._dead_time + 0.5 * self._hold).velocity)
         turn = add(scale(subtract(after, before), 1.0 / self._hold), there.acceleration)

@@ -35,33 +35,17 @@ def lagged_motion(x: Vector, v: Vector, u: Vector, lag: float, dt: float) -> tup
     return position, (ux + ex * decay, uy + ey * decay, uz + ez * decay)
 
 
-def lead(rate_ahead: Vector, acceleration_ahead: Vector, lag: float) -> Vector:
-    """Return the command that gives the airframe the reference's velocity when the command takes effect.
+def lead(ahead: Vector, rate_ahead: Vector, lag: float) -> Vector:
+    """Return x(t + D) + lag x'(t + D) of a reference x, given as `ahead` and `rate_ahead` at t + D; `lag` in s.
 
-        lag v' + v = u(t − D)   and   v = r'   give   u(t) = r'(t + D) + lag r''(t + D)        (ours)
-
-    `rate_ahead` and `acceleration_ahead` are r' (m/s) and r'' (m/s^2) at t + D, `lag` in s.
-    """
-    return (
-        rate_ahead[0] + lag * acceleration_ahead[0],
-        rate_ahead[1] + lag * acceleration_ahead[1],
-        rate_ahead[2] + lag * acceleration_ahead[2],
-    )
-
-
-def stopping_reference(position_ahead: Vector, rate_ahead: Vector, lag: float) -> Vector:
-    """Return the stopping point of an airframe that follows the reference.
-
+        lag v' + v = u(t − D)   and   v = r'   give   u_r(t) = r'(t + D) + lag r''(t + D)
         y_r = r(t + D) + lag r'(t + D)        (ours)
 
-    With y that of the airframe, e_y = y − y_r and u = u_r − K e_y, the error obeys e_y' = −K e_y: lag and dead time
-    are out of the loop. `position_ahead` is r (m), `rate_ahead` r' (m/s) at t + D, `lag` in s.
+    Of r' (m/s) it is the command that gives the airframe the reference's velocity when it takes effect; of r (m) the
+    stopping point of an airframe that follows the reference. With y that of the airframe, e_y = y − y_r and
+    u = u_r − K e_y, the error obeys e_y' = −K e_y: lag and dead time are out of the loop.
     """
-    return (
-        position_ahead[0] + lag * rate_ahead[0],
-        position_ahead[1] + lag * rate_ahead[1],
-        position_ahead[2] + lag * rate_ahead[2],
-    )
+    return (ahead[0] + lag * rate_ahead[0], ahead[1] + lag * rate_ahead[1], ahead[2] + lag * rate_ahead[2])
 
 
 def critical_gain(lag: float, dead_time: float) -> float:

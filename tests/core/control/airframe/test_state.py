@@ -3,7 +3,7 @@ from __future__ import annotations
 from math import exp
 
 import pytest
-from flockwire_core.control.airframe.first_order_lag import lead, stopping_reference
+from flockwire_core.control.airframe.first_order_lag import lead
 from flockwire_core.control.airframe.state import AirframeState
 from hypothesis import given
 from hypothesis import strategies as st
@@ -38,7 +38,7 @@ def test_the_stopping_point_is_where_it_comes_to_rest(commands: list[float], lag
 def test_the_feed_forward_follows_a_ramp_and_its_stopping_point() -> None:
     """r = t^2/2 behind a lag of 0.2 s: u = t + D + 0.2."""
     assert lead((1.3, 0.0, 0.0), (1.0, 0.0, 0.0), 0.2) == pytest.approx((1.5, 0.0, 0.0))
-    assert stopping_reference((2.0, 0.0, 1.0), (1.0, 0.0, 0.0), 0.2) == pytest.approx((2.2, 0.0, 1.0))
+    assert lead((2.0, 0.0, 1.0), (1.0, 0.0, 0.0), 0.2) == pytest.approx((2.2, 0.0, 1.0))
 
 
 def test_commands_are_forgotten_without_poses_too() -> None:
