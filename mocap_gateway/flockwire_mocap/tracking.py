@@ -7,8 +7,7 @@ from math import isfinite
 from typing import Final, NamedTuple, Protocol
 
 from flockwire_core.compiling import mypyc_attr
-from flockwire_core.domain.pose import Pose
-from flockwire_core.domain.quaternion import LEVEL, Quaternion
+from flockwire_core.domain.pose import LEVEL, Pose, Quaternion
 from flockwire_core.domain.record import Record
 from flockwire_core.domain.vector import Vector
 from flockwire_core.process.cores import Randomness

@@ -3,8 +3,7 @@ from random import Random
 import pytest
 from flockwire_core.domain.body import Body, BodyKind, Nearby
 from flockwire_core.domain.order import Mission
-from flockwire_core.domain.pose import Pose
-from flockwire_core.domain.quaternion import LEVEL
+from flockwire_core.domain.pose import LEVEL, Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.cores import Start
 from flockwire_core.swarm.model import uav

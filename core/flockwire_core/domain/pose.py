@@ -1,14 +1,16 @@
-"""Position and orientation of a body."""
+"""Position and orientation of a body; quaternions are plain tuples, as trackers report orientation."""
 
 from __future__ import annotations
 
-from math import atan2, pi
 from typing import Final
 
 from flockwire_core.compiling import mypyc_attr
-from flockwire_core.domain.quaternion import LEVEL, Quaternion
 from flockwire_core.domain.record import Record
 from flockwire_core.domain.vector import Vector
+
+Quaternion = tuple[float, float, float, float]  # x, y, z, w, of a unit quaternion
+
+LEVEL: Quaternion = (0.0, 0.0, 0.0, 1.0)  # no rotation
 
 
 @mypyc_attr(acyclic=True)
@@ -22,17 +24,3 @@ class Pose(Record):
         self.frame: Final = frame
         self.position: Final = position
         self.orientation: Final = orientation
-
-
-def yaw_of(orientation: Quaternion) -> float:
-    """Return the heading of a body's forward axis, seen from above: rad, counter-clockwise from world x.
-
-    yaw = atan2(2 (w z + x y), 1 − 2 (y² + z²))        (of a unit quaternion)
-    """
-    x, y, z, w = orientation
-    return atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-
-
-def wrapped(angle: float) -> float:
-    """Return an angle between −pi and pi."""
-    return (angle + pi) % (2.0 * pi) - pi

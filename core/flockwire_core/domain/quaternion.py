@@ -1,12 +1,11 @@
-"""Unit quaternions as plain tuples (x, y, z, w), Hamilton's product: how trackers report orientation."""
+"""Unit quaternions as plain tuples (x, y, z, w), Hamilton's product."""
 
 from __future__ import annotations
 
+from math import atan2, pi
+
+from flockwire_core.domain.pose import Quaternion
 from flockwire_core.domain.vector import Vector
-
-Quaternion = tuple[float, float, float, float]  # x, y, z, w
-
-LEVEL: Quaternion = (0.0, 0.0, 0.0, 1.0)  # no rotation
 
 
 def product(a: Quaternion, b: Quaternion) -> Quaternion:
@@ -34,3 +33,17 @@ def conjugate(q: Quaternion) -> Quaternion:
     """Return q*, for a unit quaternion the inverse rotation."""
     x, y, z, w = q
     return (-x, -y, -z, w)
+
+
+def yaw_of(orientation: Quaternion) -> float:
+    """Return the heading of a body's forward axis, seen from above: rad, counter-clockwise from world x.
+
+    yaw = atan2(2 (w z + x y), 1 − 2 (y² + z²))        (of a unit quaternion)
+    """
+    x, y, z, w = orientation
+    return atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+
+def wrapped(angle: float) -> float:
+    """Return an angle between −pi and pi."""
+    return (angle + pi) % (2.0 * pi) - pi

@@ -15,8 +15,7 @@ from flockwire_core.control.airframe.motion_residual import GAIN_ERROR, MotionRe
 from flockwire_core.control.airframe.state import AirframeState
 from flockwire_core.domain.airframe import FlightState, Telemetry
 from flockwire_core.domain.motion import Motion
-from flockwire_core.domain.pose import Pose
-from flockwire_core.domain.quaternion import Quaternion
+from flockwire_core.domain.pose import Pose, Quaternion
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector, distance, norm
 from flockwire_core.parameters import PilotParameters

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from enum import IntEnum
 from typing import Final, NamedTuple
 
-from flockwire_core.domain.quaternion import LEVEL, Quaternion
+from flockwire_core.domain.pose import LEVEL, Quaternion
 from flockwire_core.domain.vector import ZERO, Vector
 from flockwire_core.ros.definitions import NAMED_POSES, POSE, POSES, TRANSFORM, TRANSFORMS
 from flockwire_core.wire.cdr import HEADER, MessageError, Reader, Writer, begun

@@ -12,7 +12,7 @@ from typing import Any, Final
 from librt.strings import BytesWriter, read_f64_le, read_i32_le, read_i64_le, write_f64_le, write_i32_le, write_i64_le
 
 from flockwire_core.compiling import mypyc_attr
-from flockwire_core.domain.quaternion import Quaternion
+from flockwire_core.domain.pose import Quaternion
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector
 

@@ -11,7 +11,7 @@ from enum import IntEnum
 from struct import Struct, pack
 from typing import NamedTuple
 
-from flockwire_core.domain.quaternion import LEVEL
+from flockwire_core.domain.pose import LEVEL
 
 from flockwire_mocap.tracking import ReportedBody
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from flockwire_core.domain.quaternion import Quaternion
+from flockwire_core.domain.pose import Quaternion
 from flockwire_core.domain.vector import Vector
 from flockwire_core.swarm.wording import InputError
 from scipy.spatial.transform import Rotation

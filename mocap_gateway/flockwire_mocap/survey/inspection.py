@@ -10,7 +10,7 @@ from statistics import fmean, median, pstdev
 from typing import NamedTuple, get_args
 
 from flockwire_core import clock
-from flockwire_core.domain.quaternion import LEVEL
+from flockwire_core.domain.pose import LEVEL
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector
 from flockwire_core.process.cores import Start

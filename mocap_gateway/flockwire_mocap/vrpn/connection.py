@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from struct import Struct
 from typing import NamedTuple
 
-from flockwire_core.domain.quaternion import Quaternion
+from flockwire_core.domain.pose import Quaternion
 from flockwire_core.domain.time import MICROSECOND, SECOND
 from flockwire_core.domain.vector import Vector
 

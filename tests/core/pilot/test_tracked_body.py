@@ -4,8 +4,7 @@ from math import cos, radians, sin
 
 import pytest
 from flockwire_core.control.airframe.state import AirframeState
-from flockwire_core.domain.pose import Pose
-from flockwire_core.domain.quaternion import LEVEL
+from flockwire_core.domain.pose import LEVEL, Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.parameters import pilot_parameters
 from flockwire_core.pilot.pilot import NO_TELEMETRY

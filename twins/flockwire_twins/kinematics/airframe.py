@@ -13,7 +13,7 @@ from typing import Final
 
 from flockwire_core.control.airframe.first_order_lag import lagged_motion
 from flockwire_core.domain.airframe import FlightState
-from flockwire_core.domain.quaternion import LEVEL
+from flockwire_core.domain.pose import LEVEL
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add, scale
 from flockwire_core.process.driving import CONTACT, GRAVITY

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from math import asin, atan2, cos, exp, sin
 
-from flockwire_core.domain.quaternion import Quaternion
+from flockwire_core.domain.pose import Quaternion
 from flockwire_core.domain.vector import ZERO, Vector, norm, scale
 
 from flockwire_twins.multirotor.parameters import Fitted, Parameters

@@ -5,8 +5,7 @@ from __future__ import annotations
 from math import hypot
 from typing import NamedTuple
 
-from flockwire_core.domain.pose import Pose
-from flockwire_core.domain.quaternion import LEVEL
+from flockwire_core.domain.pose import LEVEL, Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector
 from flockwire_core.process.cores import Start
