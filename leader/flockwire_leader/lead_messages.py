@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from typing import Final
 
-from flockwire_core.control.tracker import AccelerationTracker
+from flockwire_core.control.acceleration_tracker import AccelerationTracker
 from flockwire_core.domain.motion import LeaderMotion, Motion
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
