@@ -32,7 +32,7 @@ def landing_place(
     if not bodies:
         return place, True
     x, y, _ = position
-    discs = _not_above((x, y), bodies, separation)
+    discs = _discs((x, y), bodies, separation)
     free = is_free((x, y), discs)
     if free and is_free((place[0], place[1]), discs):
         return place, True
@@ -44,24 +44,20 @@ def landing_place(
     return (chosen[0], chosen[1], place[2]), free
 
 
-def is_above(bodies: Sequence[Body], separation: Separation) -> bool:
-    """Return whether one of `bodies` is below, or nearly."""
-    return not is_free((0.0, 0.0), _not_above((0.0, 0.0), bodies, separation))
+def meets(bodies: Sequence[Body], separation: Separation, above: bool) -> bool:
+    """Return whether one of `bodies` is in the way straight down, or up to those `above`.
+
+    Drones are above; obstacles and spaces of lost bodies begin at the ground.
+    """
+    return not is_free((0.0, 0.0), _discs((0.0, 0.0), bodies, separation, above))
 
 
-def is_beneath(bodies: Sequence[Body], separation: Separation) -> bool:
-    """Return whether one of `bodies` is above: a drone; obstacles and spaces of lost bodies begin at the ground."""
-    higher = [body for body in bodies if body.relative_position[2] > 0.0]
-    discs = [(body.relative_position[0], body.relative_position[1], separation.from_axis(body)) for body in higher]
-    return not is_free((0.0, 0.0), discs)
-
-
-def _not_above(place: Corner, bodies: Sequence[Body], separation: Separation) -> list[Disc]:
-    """Return the discs that the `bodies` that are not above occupy; they are relative to `place`, m."""
+def _discs(place: Corner, bodies: Sequence[Body], separation: Separation, above: bool = False) -> list[Disc]:
+    """Return the discs that the `bodies` occupy that are `above`, or are not; they are relative to `place`, m."""
     return [
         (place[0] + body.relative_position[0], place[1] + body.relative_position[1], separation.from_axis(body))
         for body in bodies
-        if body.relative_position[2] <= 0.0
+        if (body.relative_position[2] > 0.0) is above
     ]
 
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Final, cast
 
 from flockwire_core.control.airframe.state import LEVEL, VERTICAL, WHOLE, AirframeState
-from flockwire_core.control.free_place import is_above, is_beneath
+from flockwire_core.control.free_place import meets
 from flockwire_core.control.guard import Guard
 from flockwire_core.domain.airframe import Command, FlightState, Telemetry
 from flockwire_core.domain.body import Body
@@ -291,7 +291,7 @@ class Pilot:
         if phase not in IN_FLIGHT:
             airframe.reset()  # what was learned in flight would take off again
             return ZERO
-        beneath = is_beneath(self.bodies, self._parameters.guard.separation)
+        beneath = meets(self.bodies, self._parameters.guard.separation, above=True)
         if phase is not Phase.LANDING and not beneath:
             return ZERO
         waits = self._waits(stale.command_land if beneath else max(stale.pose_land, stale.command_land), now)
@@ -310,7 +310,7 @@ class Pilot:
         """Return whether it is above another body without a pose, for no longer than `patience`, s."""
         last = self._body.last
         recent = last is not None and now - last.stamp <= nanoseconds(patience) and self._waited <= patience
-        return recent and not self._stood and is_above(self.bodies, self._parameters.guard.separation)
+        return recent and not self._stood and meets(self.bodies, self._parameters.guard.separation, above=False)
 
     def _take_pose(self, pose: Pose) -> None:
         if not self._body.take(pose, self.flight.phase):

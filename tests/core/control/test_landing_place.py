@@ -4,7 +4,7 @@ from math import dist
 
 import pytest
 from flockwire_core.control.fence import Room
-from flockwire_core.control.free_place import SPARE, is_above, is_beneath, landing_place
+from flockwire_core.control.free_place import SPARE, landing_place, meets
 from flockwire_core.domain.body import Body, BodyKind, Separation
 
 HERE, KEPT = (1.0, 0.5, 1.0), 0.4 + 0.03  # m: where it flies, and how far from a drone the safety filter stays
@@ -42,7 +42,7 @@ def test_what_is_above_is_not_in_its_way():
     ],
 )
 def test_who_is_above_and_who_is_beneath(body, above, beneath):
-    assert (is_above((body,), SEPARATION), is_beneath((body,), SEPARATION)) == (above, beneath)
+    assert (meets((body,), SEPARATION, above=False), meets((body,), SEPARATION, above=True)) == (above, beneath)
 
 
 def test_over_a_drone_it_takes_the_nearest_place_beside_it():
