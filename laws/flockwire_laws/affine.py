@@ -16,11 +16,13 @@ is fed on is a sample old, and that error counts 1/(1 − rho) fold.
 
 from __future__ import annotations
 
+from typing import Any, ClassVar
+
 import numpy as np
 from flockwire_core import law as fw
 
 from flockwire_laws import checks
-from flockwire_laws.relative import Acceleration, Velocity, size, vector
+from flockwire_laws.relative import Acceleration, Velocity, flown_acceleration, flown_velocity, size, vector
 
 
 class Gains(fw.Parameters):
@@ -38,6 +40,7 @@ class Affine:
     information = fw.Information(fw.Sense.POSITION, message=Velocity, leaders=(3, 64), directed=False, signed=True)
     Parameters = Gains
     check = classmethod(checks.affine)
+    lead: ClassVar[Any] = staticmethod(flown_velocity)
 
     def __init__(self, settings: fw.LawSettings) -> None:
         self._gains = Gains.of(settings.parameters)
@@ -59,12 +62,6 @@ class Affine:
         command = pull / total if kind else pull
         return fw.Decision(command, kind and kind(vector(command)), abs(size(apart) / total) if total else None)
 
-    @classmethod
-    def lead(cls, t: float, motion: fw.LeaderMotion) -> Velocity | Acceleration:
-        """Return the message of a leader."""
-        accelerates = cls.information.output is fw.Output.ACCELERATION
-        return Acceleration(motion.acceleration) if accelerates else Velocity(motion.velocity)
-
 
 class AtRest(Affine):
     """The law 7a for one follower."""
@@ -78,3 +75,4 @@ class Accelerating(Affine):
     information = Affine.information._replace(
         neighbours=fw.Sense.POSITION | fw.Sense.VELOCITY, message=Acceleration, output=fw.Output.ACCELERATION
     )
+    lead = staticmethod(flown_acceleration)
