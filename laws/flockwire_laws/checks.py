@@ -12,6 +12,7 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
+from flockwire_core.control.convergence import laplacian
 from flockwire_core.control.graph import Graph
 from flockwire_core.law import Output
 
@@ -48,7 +49,7 @@ NEAR = "all at last within {:.3g} m of the average (norm over all drones)"
 def consensus(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:
     """Check for a spanning tree; the rate is k min Re lambda."""
     gain, problems = law.Parameters.of(parameters).gain, spectrum.tree(graph)
-    notes = [AVERAGES.format(gain * float(np.diag(spectrum.laplacian(graph)).max()))]
+    notes = [AVERAGES.format(gain * float(np.diag(laplacian(graph)).max()))]
     return problems, notes, {} if problems else {"slowest": gain * float(spectrum.modes(graph)[0].real)}
 
 
@@ -166,7 +167,7 @@ def event_triggered(law: Law, graph: Graph, places: Places, parameters: Given) -
         return problems + ([] if c.sigma < 1.0 else [TOO_LARGE.format(c.sigma)]), [], {}
     if problems:
         return problems, [], {}
-    slowest, matrix = float(spectrum.modes(graph)[0].real), spectrum.laplacian(graph)
+    slowest, matrix = float(spectrum.modes(graph)[0].real), laplacian(graph)
     bound = float(np.linalg.norm(matrix, 2)) * len(matrix) ** 0.5 * c.c0 / slowest
     return [] if c.alpha < slowest else [TOO_FAST.format(c.alpha, slowest)], [NEAR.format(bound)], {"bound": c.alpha}
 

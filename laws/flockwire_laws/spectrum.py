@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from flockwire_core.control import convergence
+from flockwire_core.control.convergence import laplacian
 from flockwire_core.control.graph import Graph
 from flockwire_core.law import Vector
 from numpy.typing import NDArray
@@ -24,15 +24,9 @@ NOT_SYMMETRIC = "graph.edges: must be symmetric, w_ij = w_ji"
 FEW_LEADERS = "leaders: at least {} are needed, there are {}"
 
 
-def laplacian(graph: Graph) -> Array:
-    """Return L = D − W, followers first, then leaders; their rows are 0."""
-    count = len(graph.leaders)
-    return np.roll(convergence.laplacian(graph), (-count, -count), (0, 1))
-
-
 def block(graph: Graph) -> Array:
     """Return L_ff, the followers' block."""
-    return laplacian(graph)[: len(graph.followers), : len(graph.followers)]
+    return laplacian(graph)[len(graph.leaders) :, len(graph.leaders) :]
 
 
 def feed_forward(graph: Graph) -> float:
