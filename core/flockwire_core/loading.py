@@ -54,17 +54,13 @@ def load_table(path: Path) -> dict[str, object]:
     return table
 
 
-def framed_tables(table: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+def framed_tables(table: dict[str, Any], within: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield the tables of a swarm file that name a file of key frames or of an airframe's figures, with their keys."""
-    own = [(key, inner) for key, inner in _tables(table, "leader") if key.rpartition(".")[2].isdecimal()]
-    leaders = [("leader", table.get("leader")), *own]
-    leading = [(f"{key}.trajectory", one.get("trajectory")) for key, one in leaders if isinstance(one, dict)]
-    for key, inner in [("formation", table.get("formation")), *_tables(table, "formations"), *leading]:
-        if isinstance(inner, dict) and inner.get("kind") == "key_frames" and "file" in inner:
-            yield key, inner
-    yield from (
-        (key, inner) for key, inner in _tables(table, "airframes") if isinstance(inner, dict) and "file" in inner
-    )
+    for name, inner in table.items():
+        if isinstance(inner, dict) and (within or name in ("formation", "formations", "leader", "airframes")):
+            if "file" in inner and (inner.get("kind") == "key_frames" or within == "airframes."):
+                yield within + name, inner
+            yield from framed_tables(inner, f"{within}{name}.")
 
 
 def parse_swarm(table: dict[str, object], origin: str) -> Swarm:
@@ -96,11 +92,6 @@ def _stages(swarm: Swarm, to_fly: bool) -> Iterator[tuple[Rule, ...]]:
     yield (*formation_rules.LATER, *address_rules.RULES)
     if to_fly:
         yield (law_failures,)
-
-
-def _tables(table: dict[str, object], key: str) -> list[tuple[str, object]]:
-    inner = table.get(key)
-    return [(f"{key}.{name}", value) for name, value in inner.items()] if isinstance(inner, dict) else []
 
 
 def _read_key_frames(swarm_file: Path, key: str, name: str) -> str:
