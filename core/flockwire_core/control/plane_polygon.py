@@ -68,41 +68,26 @@ def crossing(corners: tuple[Corner, ...]) -> tuple[int, int] | None:
     every = tuple(edges(corners))
     last = len(every) - 1
     for i, one in enumerate(every):
-        for j in range(i + 1, len(every)):
-            beside = j == i + 1 or (i == 0 and j == last)
-            if _folded(one, every[j]) if beside else _meet(one, every[j]):
+        for j, other in enumerate(every[i + 1 :], i + 1):
+            ends = [(one[0], other), (other[1], (one[1], one[0])), (one[1], (other[1], other[0])), (other[0], one)]
+            if j == i + 1:
+                ends = ends[:2]  # without the common corner
+            elif (i, j) == (0, last):
+                ends = ends[2:]
+            if _cross(one, other) or any(_is_on(end, edge) for end, edge in ends):
                 return i, j
     return None
 
 
-def _meet(one: tuple[Corner, Corner], other: tuple[Corner, Corner]) -> bool:
-    """Return whether two edges have a point in common."""
-    sides = [_side(one, end) for end in other], [_side(other, end) for end in one]
-    if all(pair[0] * pair[1] < 0.0 for pair in sides):
-        return True
-    return any(
-        side == 0.0 and _within(edge, end)
-        for edge, ends, pair in ((one, other, sides[0]), (other, one, sides[1]))
-        for end, side in zip(ends, pair, strict=True)
-    )
+def _cross(one: tuple[Corner, Corner], other: tuple[Corner, Corner]) -> bool:
+    return all(_side(edge, p) * _side(edge, q) < 0.0 for edge, (p, q) in ((one, other), (other, one)))
 
 
-def _folded(one: tuple[Corner, Corner], other: tuple[Corner, Corner]) -> bool:
-    """Return whether one of two edges with a common corner leads back along the other."""
-    common = one[1] if one[1] == other[0] else one[0]
-    (ax, ay), (bx, by) = (_other_end(edge, common) for edge in (one, other))
-    ux, uy, vx, vy = ax - common[0], ay - common[1], bx - common[0], by - common[1]
-    return ux * vy - uy * vx == 0.0 and ux * vx + uy * vy > 0.0
-
-
-def _other_end(edge: tuple[Corner, Corner], corner: Corner) -> Corner:
-    return edge[1] if edge[0] == corner else edge[0]
+def _is_on(point: Corner, edge: tuple[Corner, Corner]) -> bool:
+    within = all(min(a, b) <= p <= max(a, b) for a, b, p in zip(*edge, point, strict=True))
+    return within and _side(edge, point) == 0.0
 
 
 def _side(edge: tuple[Corner, Corner], point: Corner) -> float:
     (ax, ay), (bx, by) = edge
     return (bx - ax) * (point[1] - ay) - (by - ay) * (point[0] - ax)
-
-
-def _within(edge: tuple[Corner, Corner], point: Corner) -> bool:
-    return all(min(a, b) <= p <= max(a, b) for a, b, p in zip(*edge, point, strict=True))
