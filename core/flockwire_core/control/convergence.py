@@ -17,14 +17,17 @@ class Convergence:
     """The result of Lemma 3 for one graph and one set of observer gains.
 
     `lambda_min` is the smallest eigenvalue of Lhat, `gamma` has one entry per follower in the order of
-    `graph.followers`, `margin` is theta in m/s (fixed-time convergence is proven iff positive) and
-    `settling_time_bound` is the bound on T_observer in s (inf without a proof; loose with one).
+    `graph.followers`, `margin` is theta in m/s (fixed-time convergence is proven iff positive),
+    `settling_time_bound` is the bound on T_observer in s (inf without a proof; loose with one) and `smallest_gain` the
+    mu in m/s above which theta > 0: 2 varpi / lambda_min(Lhat). That is inf when lambda_min <= 0: no gain makes Lemma 3
+    apply (as with a follower that has many out-neighbours; the observer may still converge, without proof).
     """
 
     lambda_min: float
     gamma: tuple[float, ...]
     margin: float
     settling_time_bound: float
+    smallest_gain: float
 
 
 def laplacian(graph: Graph) -> Matrix:
@@ -37,9 +40,11 @@ def laplacian(graph: Graph) -> Matrix:
     return matrix
 
 
+@lru_cache(maxsize=1)  # a graph of 1000 takes a second, and is used several times
 def convergence(graph: Graph, observer_gain: float, observer_exponent: float, leader_input_bound: float) -> Convergence:
     """Evaluate Lemma 3 for the observer (8).
 
+        gamma_i = 1 / (L_FF^−1 1)_i,   Lhat = Gamma L_FF + L_FF^T Gamma,   varpi = ||Gamma diag(Y)|| u0_max,  Y_i = a_i0
         theta = 1/2 mu lambda_min(Lhat) − varpi
         T_observer <= (p+1) / (k1 (p−1)) + 1/k2
         k1 = (N−1) theta (2 (N−1) gamma_max)^(−2p/(p+1)),   k2 = theta / 2
@@ -47,29 +52,6 @@ def convergence(graph: Graph, observer_gain: float, observer_exponent: float, le
     `observer_gain` is mu (m/s), `observer_exponent` p > 1, `leader_input_bound` u0_max in m/s **per axis**: the
     observer works on each axis separately, so the bound is on |u0_x|, |u0_y|, |u0_z|, not on the leader's speed. Raises
     ValueError when a follower has no path from the leader (Assumption 2).
-    """
-    gamma, lambda_min, leader_gain = _lyapunov(graph)
-    margin = 0.5 * observer_gain * lambda_min - leader_gain * leader_input_bound
-    bound = _settling_time_bound(margin, max(gamma), len(gamma), observer_exponent) if margin > 0 else inf
-    return Convergence(lambda_min, gamma, margin, bound)
-
-
-def smallest_observer_gain(graph: Graph, leader_input_bound: float) -> float:
-    """Return the mu in m/s above which theta > 0: mu = 2 varpi / lambda_min(Lhat).
-
-    `leader_input_bound` is u0_max in m/s per axis. Returns inf when lambda_min <= 0: no gain makes Lemma 3 apply (as
-    with a follower that has many out-neighbours; the observer may still converge, without proof). Raises ValueError
-    when a follower has no path from the leader (Assumption 2).
-    """
-    _, lambda_min, leader_gain = _lyapunov(graph)
-    return 2.0 * leader_gain * leader_input_bound / lambda_min if lambda_min > 0 else inf
-
-
-@lru_cache(maxsize=1)  # a graph of 1000 takes a second, and is used several times
-def _lyapunov(graph: Graph) -> tuple[tuple[float, ...], float, float]:
-    """Return gamma, lambda_min(Lhat) and varpi / u0_max = ||Gamma diag(Y)||, Y_i = a_i0.
-
-        gamma_i = 1 / (L_FF^−1 1)_i,   Lhat = Gamma L_FF + L_FF^T Gamma
 
     The norm is Frobenius', that is |Gamma Y|: as the Cauchy-Schwarz step of the proof needs. The induced norm is equal
     when one follower receives from the leader and smaller, hence less safe, otherwise.
@@ -83,10 +65,11 @@ def _lyapunov(graph: Graph) -> tuple[tuple[float, ...], float, float]:
     gamma = 1.0 / np.linalg.solve(follower_block, np.ones(len(follower_block)))
     weighted = gamma[:, None] * follower_block
     lambda_min = float(np.linalg.eigvalsh(weighted + weighted.T)[0])
-    return tuple(gamma.tolist()), lambda_min, float(np.linalg.norm(gamma * leader_weight))
-
-
-def _settling_time_bound(theta: float, gamma_max: float, follower_count: int, p: float) -> float:
-    k1: float = follower_count * theta * (2 * follower_count * gamma_max) ** (-2 * p / (p + 1))
-    k2 = theta / 2
-    return (p + 1) / (k1 * (p - 1)) + 1 / k2
+    leader_gain = float(np.linalg.norm(gamma * leader_weight))
+    theta, bound = 0.5 * observer_gain * lambda_min - leader_gain * leader_input_bound, inf
+    if theta > 0:
+        p, count = observer_exponent, len(gamma)
+        k1 = count * theta * (2 * count * float(gamma.max())) ** (-2 * p / (p + 1))
+        bound = (p + 1) / (k1 * (p - 1)) + 2 / theta
+    smallest = 2.0 * leader_gain * leader_input_bound / lambda_min if lambda_min > 0 else inf
+    return Convergence(lambda_min, tuple(gamma.tolist()), theta, bound, smallest)

@@ -13,7 +13,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from flockwire_core import clock
 from flockwire_core.control.airframe.first_order_lag import critical_gain, smallest_smoothing
-from flockwire_core.control.convergence import convergence, smallest_observer_gain
+from flockwire_core.control.convergence import convergence
 from flockwire_core.control.leader_track import motion_error, noise_gain
 from flockwire_core.domain.vector import norm
 from flockwire_core.objects import load_object
@@ -191,11 +191,10 @@ def _observer_warnings(swarm: Swarm) -> Iterator[str]:
     deep = 6  # hops beyond which noise and delay add up
     if swarm.sole_leader is None:
         return
-    graph, observer, bound = swarm.topology, swarm.observer, swarm.reference.input_bound
-    result = convergence(graph, observer.gain, observer.exponent, bound)
+    observer = swarm.observer
+    result = convergence(swarm.topology, observer.gain, observer.exponent, swarm.reference.input_bound)
     if result.margin <= 0.0 and not swarm.control.own_law:
-        smallest = smallest_observer_gain(graph, bound)
-        if smallest == inf:
+        if result.smallest_gain == inf:
             yield (
                 f"theta = {result.margin:.3f}: Lemma 3 proves nothing on this graph for any observer.gain (it is a "
                 "sufficient condition; wide graphs fail it and converge all the same)"
@@ -203,7 +202,7 @@ def _observer_warnings(swarm: Swarm) -> Iterator[str]:
         else:
             yield (
                 f"theta = {result.margin:.3f} <= 0: Lemma 3 does not prove convergence; observer.gain = "
-                f"{observer.gain:g} must be above {smallest:.2f} m/s"
+                f"{observer.gain:g} must be above {result.smallest_gain:.2f} m/s"
             )
     if (deepest := swarm.depth) > deep:
         yield f"the deepest drone is {deepest} hops from the leader: noise and delay grow with every hop beyond {deep}"

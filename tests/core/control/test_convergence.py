@@ -2,7 +2,7 @@ from math import inf
 
 import numpy as np
 import pytest
-from flockwire_core.control.convergence import convergence, laplacian, smallest_observer_gain
+from flockwire_core.control.convergence import convergence, laplacian
 from flockwire_core.control.graph import Graph
 from hypothesis import given
 from hypothesis import strategies as st
@@ -53,7 +53,7 @@ def test_gamma_is_positive_on_every_graph_with_a_spanning_tree(graph):
 
 @given(spanned_graphs(), st.floats(0.01, 2.0))
 def test_the_margin_changes_its_sign_at_the_smallest_gain(graph, leader_input_bound):
-    smallest = smallest_observer_gain(graph, leader_input_bound)
+    smallest = convergence(graph, 3.0, 1.5, leader_input_bound).smallest_gain
     if smallest == inf:
         result = convergence(graph, 1e6, 1.5, leader_input_bound)
         assert result.margin <= 0
@@ -73,11 +73,11 @@ def test_the_leader_gain_is_the_norm_of_all_who_receive_from_the_leader():
 def test_lemma_3_proves_nothing_where_one_follower_has_nine_receivers():
     hub = Graph(tuple(range(1, 11)), ((0, 1, 1.0), *((1, i, 1.0) for i in range(2, 11))))
     assert convergence(hub, 3.0, 1.5, 0.1).lambda_min < 0
-    assert smallest_observer_gain(hub, 0.1) == inf
+    assert convergence(hub, 3.0, 1.5, 0.1).smallest_gain == inf
 
 
 def test_a_graph_without_a_spanning_tree_is_refused():
     with pytest.raises(ValueError, match=r"followers \(2,\) have no path from the leader"):
         convergence(Graph((1, 2), ((0, 1, 1.0),)), 3.0, 1.5, 0.1)
     with pytest.raises(ValueError, match="at least one follower"):
-        smallest_observer_gain(Graph((), ()), 0.1)
+        convergence(Graph((), ()), 3.0, 1.5, 0.1)
