@@ -7,9 +7,9 @@ from functools import partial
 from math import dist, isfinite
 from typing import Any
 
+from flockwire_core.domain.law_message import Signals
 from flockwire_core.domain.motion import LeaderMotion
 from flockwire_core.domain.order import Mission
-from flockwire_core.domain.signals import Signals
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector, add
 from flockwire_core.follower_law import follower_law

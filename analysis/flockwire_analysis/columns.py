@@ -11,9 +11,9 @@ from typing import Final
 
 from flockwire_core.domain.airframe import Command, Telemetry
 from flockwire_core.domain.body import BodyKind, Nearby
+from flockwire_core.domain.law_message import Signals
 from flockwire_core.domain.motion import Estimate
 from flockwire_core.domain.pose import Pose
-from flockwire_core.domain.signals import Signals
 from flockwire_core.domain.vector import Vector
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import ROWS

@@ -18,9 +18,9 @@ from flockwire_core.compiling import mypyc_attr
 from flockwire_core.control.formation import Formation
 from flockwire_core.control.guard import GuardParameters
 from flockwire_core.domain.body import Body, BodyKind
+from flockwire_core.domain.law_message import LONGEST_NAME, MOST_SIGNALS
 from flockwire_core.domain.motion import LeaderMotion, Motion
 from flockwire_core.domain.record import Record
-from flockwire_core.domain.signals import LONGEST_NAME, MOST_SIGNALS
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add, distance, limit, norm, scale, subtract
 from flockwire_core.swarm.tables import Finite, NotNegative, Parameters, Positive, Share

@@ -14,7 +14,7 @@ from flockwire_analysis.figures import draw
 from flockwire_analysis.phases import origin
 from flockwire_analysis.reading import read_trace
 from flockwire_analysis.replay import flight_data
-from flockwire_core.domain.signals import LONGEST_NAME, MOST_SIGNALS, Signals
+from flockwire_core.domain.law_message import LONGEST_NAME, MOST_SIGNALS, Signals
 from flockwire_core.domain.time import SECOND
 from flockwire_core.law import Decision, LawSettings, LeaderMotion, Observation, check_decision, norm, subtract
 from flockwire_core.swarm.model import Swarm

@@ -1,11 +1,14 @@
-"""What a law's own messages travel in: the newest ones of one drone, and a sign of life."""
+"""What a law publishes: its newest messages with a sign of life, and numbers that are recorded (an energy)."""
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, NamedTuple
 
 from flockwire_core.compiling import mypyc_attr
 from flockwire_core.domain.record import Record
+
+MOST_SIGNALS: Final = 64  # in one message
+LONGEST_NAME: Final = 64  # characters
 
 
 @mypyc_attr(acyclic=True)
@@ -27,3 +30,11 @@ class LawMessage(Record):
         self.epoch: Final = epoch
         self.sequence: Final = sequence
         self.contents: Final = contents
+
+
+class Signals(NamedTuple):
+    """A law's own numbers at one step; nobody but the recorder receives them."""
+
+    stamp: int  # Unix ns, of the step
+    frame: str
+    values: tuple[tuple[str, float], ...]  # name and number

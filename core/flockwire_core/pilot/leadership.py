@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final
 
-from flockwire_core.domain.signals import Signals
+from flockwire_core.domain.law_message import Signals
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message

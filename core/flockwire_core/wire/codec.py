@@ -11,11 +11,10 @@ from typing import Any, Final, NamedTuple, Protocol, TypeVar
 
 from flockwire_core.domain.airframe import Command, FlightState, Steer, Telemetry
 from flockwire_core.domain.body import Body, BodyKind, Nearby
-from flockwire_core.domain.law_message import LawMessage
+from flockwire_core.domain.law_message import LawMessage, Signals
 from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.domain.pose import Pose
-from flockwire_core.domain.signals import Signals
 from flockwire_core.domain.time import TimeReply, TimeRequest
 from flockwire_core.domain.vector import ZERO
 from flockwire_core.wire.batch import Batch, read_batch, write_batch

@@ -14,11 +14,10 @@ from typing import NamedTuple
 
 from flockwire_core.domain.airframe import Command, Steer, Telemetry
 from flockwire_core.domain.body import Nearby
-from flockwire_core.domain.law_message import LawMessage
+from flockwire_core.domain.law_message import LawMessage, Signals
 from flockwire_core.domain.motion import Estimate
 from flockwire_core.domain.order import Mission, Stop
 from flockwire_core.domain.pose import Pose
-from flockwire_core.domain.signals import Signals
 from flockwire_core.domain.time import SECOND, TimeReply, TimeRequest
 from flockwire_core.swarm.leader import Leader
 from flockwire_core.swarm.model import Swarm, uav
