@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from flockwire_core.law import NotNegative, Parameters, Positive
+from pydantic import Field
 
 
 class ObserverGains(Parameters):
@@ -12,7 +13,7 @@ class ObserverGains(Parameters):
 
     formation_gain: Positive
     observer_gain: Positive
-    observer_exponent: float
+    observer_exponent: Annotated[float, Field(gt=1, allow_inf_nan=False)]
 
 
 class PaperGains(ObserverGains):

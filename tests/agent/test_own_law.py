@@ -126,6 +126,24 @@ def test_parameters_of_the_built_in_laws_are_those_of_the_tables_or_their_own(ma
         make_swarm({**changes, "control.parameters": {"observer_gain": -1.0}})
 
 
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("formation_gain", 0.0),
+        ("compensation_gain", -1.0),
+        ("compensation_smoothing", 0.0),
+        ("observer_gain", 0.0),
+        ("observer_exponent", 1.0),
+    ],
+)
+def test_gains_out_of_range_are_refused_by_name(make_swarm: Callable[..., Swarm], name: str, value: float) -> None:
+    with pytest.raises(SwarmFileError, match=f"control.parameters.{name} = {value}"):
+        make_swarm({"control.law": "paper", "control.parameters": {name: value}})
+    given = law_settings(make_swarm({"control.law": "paper"}), 1).parameters
+    with pytest.raises(ValueError, match=name):
+        PaperGains.of({**given, name: value})
+
+
 @pytest.fixture
 def fly_law(fly_flock: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> Callable[[str], Any]:
     """Fly a law of this file for three seconds."""

@@ -16,16 +16,10 @@ from flockwire_core.domain.vector import Vector
 
 @dataclass(frozen=True, slots=True)
 class ObserverParameters(Frozen):
-    """Gains of the observer (8): `gain` mu > 0 in m/s, `exponent` p > 1. Raises ValueError outside those ranges."""
+    """Gains of the observer (8): `gain` mu > 0 in m/s, `exponent` p > 1."""
 
     gain: float
     exponent: float
-
-    def __post_init__(self) -> None:
-        if not self.gain > 0.0:
-            raise ValueError(f"gain = {self.gain}: the observer's gain must be positive")
-        if not self.exponent > 1.0:
-            raise ValueError(f"exponent = {self.exponent}: the observer's exponent must be greater than 1")
 
 
 def signed_power(x: float, exponent: float) -> float:

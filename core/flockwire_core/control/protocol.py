@@ -12,20 +12,12 @@ class ProtocolParameters(Frozen):
     """Gains of the protocol (9).
 
     `formation_gain` is K > 0 in 1/s, `compensation_gain` phi >= 0 in m/s (phi >= u0_max compensates the leader's
-    unknown input), `compensation_smoothing` epsilon > 0 in m. Raises ValueError outside those ranges.
+    unknown input), `compensation_smoothing` epsilon > 0 in m.
     """
 
     formation_gain: float
     compensation_gain: float
     compensation_smoothing: float
-
-    def __post_init__(self) -> None:
-        if not self.formation_gain > 0.0:
-            raise ValueError(f"formation_gain = {self.formation_gain}: must be positive")
-        if not self.compensation_gain >= 0.0:
-            raise ValueError(f"compensation_gain = {self.compensation_gain}: must not be negative")
-        if not self.compensation_smoothing > 0.0:
-            raise ValueError(f"compensation_smoothing = {self.compensation_smoothing}: must be positive")
 
 
 def compensation(error: Vector, parameters: ProtocolParameters) -> Vector:

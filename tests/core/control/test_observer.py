@@ -102,12 +102,6 @@ def test_the_rate_estimate_without_a_filter_is_the_rate():
     assert rate_estimate((9.0, 9.0, 9.0), (0.0, 0.0, 0.0), (0.01, 0.0, -0.02), 0.01, 0.0) == pytest.approx((1, 0, -2))
 
 
-@pytest.mark.parametrize(("gain", "exponent", "name"), [(0.0, 1.5, r"gain = 0\.0"), (3.0, 1.0, r"exponent = 1\.0")])
-def test_wrong_parameters_are_refused_by_name(gain, exponent, name):
-    with pytest.raises(ValueError, match=name):
-        ObserverParameters(gain, exponent)
-
-
 def test_an_estimate_that_is_near_takes_over_what_it_receives() -> None:
     neighbour = LeaderMotion((1.0, 0.0, 0.0), (0.1, 0.0, 0.0), (0.0, 0.2, 0.0))
     assert relay_step(LeaderMotion((0.99, 0.0, 0.0)), [(2.0, neighbour)], PAPER, 0.01) == neighbour

@@ -56,16 +56,3 @@ def test_repulsion_drives_two_followers_apart():
     separation = (0.1, 0.0, 0.0)
     gradient = potential_gradient(separation, 0.3, 0.5)
     assert control_input(ZERO, ZERO, ZERO, ZERO, gradient, PAPER)[0] > 0
-
-
-@pytest.mark.parametrize(
-    ("values", "name"),
-    [
-        ((0.0, 0.2, 0.01), r"formation_gain = 0\.0"),
-        ((3.0, -1.0, 0.01), r"compensation_gain = -1\.0"),
-        ((3.0, 0.2, 0.0), r"compensation_smoothing = 0\.0"),
-    ],
-)
-def test_wrong_parameters_are_refused_by_name(values, name):
-    with pytest.raises(ValueError, match=name):
-        ProtocolParameters(*values)
