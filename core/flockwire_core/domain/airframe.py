@@ -39,16 +39,12 @@ class Command(Record):
         self.acceleration: Final = acceleration  # m/s^2, world frame
 
 
-@mypyc_attr(acyclic=True)
-class Steer(Record):
+class Steer(NamedTuple):
     """A velocity, m/s, world frame, at which a leader is to fly, at `stamp` (Unix ns)."""
 
-    __slots__ = ("stamp", "frame", "velocity")
-
-    def __init__(self, stamp: int, frame: str, velocity: Vector) -> None:
-        self.stamp: Final = stamp
-        self.frame: Final = frame
-        self.velocity: Final = velocity
+    stamp: int
+    frame: str
+    velocity: Vector
 
 
 class Telemetry(NamedTuple):
