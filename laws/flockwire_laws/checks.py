@@ -17,7 +17,7 @@ from flockwire_core.control.graph import Graph
 from flockwire_core.law import Output
 
 from flockwire_laws import spectrum
-from flockwire_laws.spectrum import NOT_SYMMETRIC, Checked, Places
+from flockwire_laws.spectrum import Checked, Places
 
 Given = Mapping[str, object]
 Law = Any  # a law's class
@@ -92,7 +92,7 @@ def bearing(law: Law, graph: Graph, places: Places, parameters: Given) -> Checke
     gains, count = law.Parameters.of(parameters), 3 * len(graph.followers)
     manoeuvres = law.information.output is Output.ACCELERATION
     anchored = gains.anchored or manoeuvres or bool(graph.leaders)
-    problems = _asymmetric(graph) + (spectrum.led(graph, 2) if anchored else [])
+    problems = spectrum.asymmetric(graph) + (spectrum.led(graph, 2) if anchored else [])
     known = {**places, **gains.leader_places}
     if same := [COINCIDE.format(i, j) for i, j in spectrum.pairs(graph) if np.array_equal(known[i], known[j])]:
         return problems + same, [], {}
@@ -112,15 +112,15 @@ def rigid(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:
     values = np.linalg.eigvalsh(matrix @ matrix.T)
     values, needed = values[values > spectrum.NONE * values.max(initial=0.0)], max(d * n - d * (d + 1) // 2, 1)
     if len(values) < needed:
-        return [*_asymmetric(graph), FLEXIBLE.format(needed, len(values))], [], {}
-    return _asymmetric(graph), [], {"slowest": 2.0 * law.Parameters.of(parameters).gain * float(values[0])}
+        return [*spectrum.asymmetric(graph), FLEXIBLE.format(needed, len(values))], [], {}
+    return spectrum.asymmetric(graph), [], {"slowest": 2.0 * law.Parameters.of(parameters).gain * float(values[0])}
 
 
 def affine(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:
     """Check for leaders, symmetry, balance, a positive definite block and a feed-forward that settles."""
     gains = law.Parameters.of(parameters)
     least = float(np.linalg.eigvalsh(spectrum.block(graph))[0])
-    problems = spectrum.led(graph, law.information.leaders[0]) + _asymmetric(graph)
+    problems = spectrum.led(graph, law.information.leaders[0]) + spectrum.asymmetric(graph)
     problems += [] if least > spectrum.NONE else [NOT_POSITIVE.format(least)]
     known = {**places, **gains.leader_places}
     for i in graph.followers:
@@ -147,7 +147,7 @@ def aggregative(law: Law, graph: Graph, places: Places, parameters: Given) -> Ch
     """Check whether the weights are doubly stochastic and the graph is connected; the rate is that of (x, s, y)."""
     matrix, task = spectrum.block(graph), law.Parameters.of(parameters)
     largest = float(np.diag(matrix).max())
-    problems = spectrum.tree(graph) + _asymmetric(graph)
+    problems = spectrum.tree(graph) + spectrum.asymmetric(graph)
     problems += [] if largest < 1.0 else [NOT_STOCHASTIC.format(largest)]
     g1, g2, g3 = task.weights
     x, s, y = np.split(np.eye(3 * len(matrix)), 3)
@@ -162,7 +162,7 @@ def aggregative(law: Law, graph: Graph, places: Places, parameters: Given) -> Ch
 
 def event_triggered(law: Law, graph: Graph, places: Places, parameters: Given) -> Checked:
     """Check for a connected graph and, without sight of neighbours, alpha < lambda_2: the bound falls at alpha."""
-    c, problems = law.Parameters.of(parameters), spectrum.tree(graph) + _asymmetric(graph)
+    c, problems = law.Parameters.of(parameters), spectrum.tree(graph) + spectrum.asymmetric(graph)
     if law.information.neighbours:
         return problems + ([] if c.sigma < 1.0 else [TOO_LARGE.format(c.sigma)]), [], {}
     if problems:
@@ -194,10 +194,6 @@ def relayed(law: Law, graph: Graph, places: Places, parameters: Given) -> Checke
 def _short(law: Law, needed: float) -> list[str]:
     radius = law.information.radius
     return [SHORT.format(needed, radius)] if needed > radius + 1e-9 else []
-
-
-def _asymmetric(graph: Graph) -> list[str]:
-    return [] if spectrum.symmetric(graph) else [NOT_SYMMETRIC]
 
 
 def _slowest(stiffness: complex, damping: complex) -> float:

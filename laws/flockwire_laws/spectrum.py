@@ -45,10 +45,10 @@ def modes(graph: Graph) -> NDArray[np.complex128]:
     return values if graph.leaders else values[1:]
 
 
-def symmetric(graph: Graph) -> bool:
-    """Return whether w_ij = w_ji among followers."""
+def asymmetric(graph: Graph) -> list[str]:
+    """Return the problem of a graph without w_ij = w_ji among followers."""
     matrix = block(graph)
-    return bool(np.allclose(matrix, matrix.T))
+    return [] if np.allclose(matrix, matrix.T) else [NOT_SYMMETRIC]
 
 
 def tree(graph: Graph) -> list[str]:
