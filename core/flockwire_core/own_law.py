@@ -19,6 +19,7 @@ from flockwire_core.parameters import law_parameters
 from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.swarm.tables import Parameters
+from flockwire_core.swarm.trajectories import course_of
 from flockwire_core.swarm.validation import Problem, problems_of
 from flockwire_core.swarm.wording import meant, shown
 from flockwire_core.time_limit import limited
@@ -223,7 +224,7 @@ def _has_heights(swarm: Swarm, places: Iterable[Vector]) -> bool:
     """Return whether the pilot holds the height of a swarm whose `places` differ in it, or whose leaders climb."""
     if keeps_height(information_of(swarm)):
         return False
-    courses = [leader.course() for leader in swarm.leading.values()]
+    courses = [course_of(leader) for leader in swarm.leading.values()]
     heights = [{height for _, _, height in places}]
     heights += [{course.position(float(t))[2] for t in range(60)} for course in courses]
     return any(max(some) - min(some) > 0.01 for some in heights)  # m

@@ -24,6 +24,7 @@ from flockwire_core.domain.motion import Motion
 from flockwire_core.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
 from flockwire_core.parameters import guard_parameters
 from flockwire_core.swarm.model import Swarm
+from flockwire_core.swarm.trajectories import trajectory_of
 
 CHANGE = 0.25  # s, T: the shortest time of the pace from 1 to 0
 LONGEST_STEP: Final = 0.1  # s: after a longer pause the trajectory has waited
@@ -95,7 +96,7 @@ class Course:
 
     def __init__(self, swarm: Swarm, number: int) -> None:
         airframe, leader = swarm.airframe(number), swarm.leading[number]
-        self._trajectory, self._gain = leader.trajectory.build(), leader.tracking_gain
+        self._trajectory, self._gain = trajectory_of(leader), leader.tracking_gain
         filtered, ahead = swarm.control.filtered, airframe.lag + airframe.dead_time
         self._planner = Planner(guard_parameters(swarm, number), self._gain, number) if filtered else None
         self.time = TrajectoryTime(LONGEST_STEP if filtered else inf)

@@ -11,6 +11,7 @@ from flockwire_core.pilot.orders import Orders
 from flockwire_core.pilot.phases import age
 from flockwire_core.process.cores import Ground
 from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.swarm.trajectories import trajectory_of
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import MISSION, Key
 from flockwire_core.wire.phase import Phase
@@ -80,7 +81,7 @@ class VirtualLeader(GroundedLeader):
 
     def __init__(self, swarm: Swarm, number: int, now: int) -> None:
         leader = swarm.leading[number]
-        self._frame, self._point = swarm.frame, MovingPoint(leader.trajectory.build(), leader.start)
+        self._frame, self._point = swarm.frame, MovingPoint(trajectory_of(leader), leader.start)
         super().__init__(swarm, number, now, self._point.orders)
 
     def receive(self, key: Key, message: Message, now: int) -> None:

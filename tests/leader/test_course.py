@@ -12,6 +12,7 @@ from flockwire_core.control.airframe.first_order_lag import lagged_motion
 from flockwire_core.domain.body import Body, BodyKind
 from flockwire_core.domain.motion import Motion
 from flockwire_core.domain.vector import ZERO, Vector, add, scale, subtract
+from flockwire_core.swarm.trajectories import trajectory_of
 from flockwire_core.wire.phase import Phase
 from flockwire_leader.course import CATCH_UP, SLACK, Course
 from hypothesis import given
@@ -35,7 +36,7 @@ def test_while_nothing_hinders_its_time_is_exactly_mission_time(
     make_swarm: Callable[..., Any], t: float, error: Vector
 ) -> None:
     swarm = make_swarm({**FREE, "leader.trajectory": {"kind": "circle"}})
-    course, way = Course(swarm, 0), swarm.leader.trajectory.build()
+    course, way = Course(swarm, 0), trajectory_of(swarm.leader)
     course.restart((1.0, 2.0, 1.0), 0.0)
     course.time.restart(t)  # it was asked without a pause
     there = add((1.0, 2.0, 1.0), way.position(t))
@@ -205,7 +206,7 @@ def test_a_stopping_point_is_led_with_the_goal_of_when_the_drone_would_stop(make
     """On a circle: the stopping point is lag and dead time ahead of the drone."""
     tello = {"airframes.kinematics": {"lag": 0.25, "dead_time": 0.1}}
     swarm = make_swarm({**FREE, **tello, "leader.trajectory": {"kind": "circle", "radius": 0.5, "rate": 0.4}})
-    course, way = Course(swarm, 0), swarm.leader.trajectory.build()
+    course, way = Course(swarm, 0), trajectory_of(swarm.leader)
     course.restart(way.position(0.0), 0.0)
     for t in (0.0, 0.05, 0.1):
         ahead = way.position(t + 0.35)
@@ -238,7 +239,7 @@ def fly_leader_in_wind(make_swarm: Callable[..., Any]) -> Callable[[], float]:
     def run() -> float:
         tello = {"airframes.kinematics": {"lag": 0.25, "dead_time": 0.1}}
         swarm = make_swarm({**FREE, **tello, "leader.trajectory": {"kind": "circle", "radius": 0.5, "rate": 0.4}})
-        course, way = Course(swarm, 0), swarm.leader.trajectory.build()
+        course, way = Course(swarm, 0), trajectory_of(swarm.leader)
         x = way.position(0.0)
         course.restart(x, 0.0)
         state, v, sent, errors = DisturbedAirframe(0.25, 0.1, 2.0, 6.0), ZERO, [ZERO] * 14, []

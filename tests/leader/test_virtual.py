@@ -4,6 +4,7 @@ import pytest
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import add
+from flockwire_core.swarm.trajectories import trajectory_of
 from flockwire_core.wire.keys import MISSION, Key
 from flockwire_core.wire.phase import Phase
 from flockwire_leader.grounded import VirtualLeader
@@ -26,7 +27,7 @@ def test_a_virtual_leader_rests_at_its_start_until_the_mission_starts(make_swarm
     leader.receive(MISSION, Mission(BEGAN, "world", "start", BEGAN + SECOND, number=1), BEGAN)
     assert place(leader, BEGAN + SECOND) == (1.0, 2.0, 1.5)
     assert leader.report(BEGAN + SECOND).phase is Phase.READY
-    expected = add((1.0, 2.0, 1.5), make_swarm(VIRTUAL).leader.trajectory.build().position(3.0))
+    expected = add((1.0, 2.0, 1.5), trajectory_of(make_swarm(VIRTUAL).leader).position(3.0))
     assert place(leader, BEGAN + 4 * SECOND) == pytest.approx(expected)
     assert leader.report(BEGAN + 4 * SECOND).phase is Phase.FORMATION
 

@@ -21,6 +21,7 @@ from flockwire_core.domain.vector import Vector, add, subtract
 from flockwire_core.parameters import guard_parameters
 from flockwire_core.swarm.formation_rules import survey_of
 from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.swarm.trajectories import course_of, leader_speed
 from flockwire_core.swarm.wording import beside
 
 STEP = 0.02  # s
@@ -55,13 +56,13 @@ class Rehearsal:
         self._safe = swarm.drone_spacing
         disturbance = swarm.control.compensated
         self._beside = f" and control.disturbance = {disturbance:g} m/s" if disturbance else ""
-        self._speed = swarm.limits.speed - swarm.leader_speed - disturbance
+        self._speed = swarm.limits.speed - leader_speed(swarm) - disturbance
         flown = max(survey_of(swarm, each).max_speed for each in (running.formation, name))
-        sight = min((guard.fastest for guard in self._guards), default=0.0) - swarm.leader_speed
+        sight = min((guard.fastest for guard in self._guards), default=0.0) - leader_speed(swarm)
         # times the speed of either formation, up to which a change is not too fast for sensing
         self._sight = max(sight, 1.25 * flown)  # m/s, of h'
         self._lag = np.array([swarm.airframe(i).lag for i in swarm.followers])[None, :, None]
-        self._course = swarm.reference.course()
+        self._course = course_of(swarm.reference)
         bodies = (*(swarm.leaders if swarm.reference.has_body else ()), *swarm.followers)
         self._pairs = tuple(combinations(bodies, 2))
         person = swarm.person_clearance + (swarm.avoidance.margin if self._guards else 0.0)
@@ -109,7 +110,7 @@ class Rehearsal:
             yield (
                 f"{self._name(i)} would be commanded {speed} m/s {seconds[k]:.1f} s into the change, "
                 f"limits.speed = {limits.speed:g} m/s leaves {self._speed:.2f} m/s beside the leader's "
-                f"{self._swarm.leader_speed:.2f} m/s{self._beside}"
+                f"{leader_speed(self._swarm):.2f} m/s{self._beside}"
             )
         turns = np.linalg.norm(np.gradient(commands, STEP, axis=0), axis=2)
         if (turns > limits.acceleration).any():
@@ -160,7 +161,7 @@ class Rehearsal:
         if not self._guards:
             return 0.0
         excess = float(np.linalg.norm(way.rates, axis=2).max()) - self._sight
-        leader = self._swarm.leader_speed
+        leader = leader_speed(self._swarm)
         rate, braking = min(guard.rate for guard in self._guards), self._swarm.limits.acceleration
         room, knee = np.maximum(way.gaps - self._least, 0.0), braking / rate**2
         allowed = np.where(room <= knee, rate * room, np.sqrt(2.0 * braking * np.maximum(room - 0.5 * knee, 0.0)))

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Annotated, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 from pydantic.json_schema import SkipJsonSchema
 
 from flockwire_core.control.key_frames import parse_key_frames
-from flockwire_core.control.trajectory import Circling, Constant, Timed, Trajectory, Waypoints
 from flockwire_core.swarm.ros import AbsoluteName
 from flockwire_core.swarm.tables import Finite, Items, Model, Point, Positive, key
 
@@ -20,10 +18,6 @@ class ConstantVelocity(Model):
     kind: Literal["constant"] = key(..., "straight on")
     velocity: Point = key((0.1, 0.1, 0.0), "in the world frame", "m/s")
 
-    def build(self) -> Trajectory:
-        """Return the trajectory."""
-        return Constant(self.velocity)
-
 
 class CirclingTrajectory(Model):
     """The leader flies a circle that touches its start."""
@@ -31,10 +25,6 @@ class CirclingTrajectory(Model):
     kind: Literal["circle"] = key(..., "round a circle that touches the start")
     radius: Positive = key(1.0, "of the circle", "m")
     rate: Finite = key(0.1, "about Z", "rad/s")
-
-    def build(self) -> Trajectory:
-        """Return the trajectory."""
-        return Circling(self.radius, self.rate)
 
 
 class WaypointsTrajectory(Model):
@@ -44,10 +34,6 @@ class WaypointsTrajectory(Model):
     points: Items[Point] = key(..., "relative to the start", "m", min_length=1)
     speed: Positive = key(0.2, "between the points", "m/s")
     loop: bool = key(False, "whether it restarts after the last one")
-
-    def build(self) -> Trajectory:
-        """Return the trajectory."""
-        return Waypoints(self.points, self.speed, self.loop)
 
 
 class KeyFramesTrajectory(Model):
@@ -63,16 +49,6 @@ class KeyFramesTrajectory(Model):
         if self.frames and (count := parse_key_frames(self.frames).count) != 1:
             raise ValueError(f"{self.file} has offsets for {count} drones, must have the path of one")
         return self
-
-    def build(self) -> Trajectory:
-        """Return the trajectory."""
-        return timed(self.frames)
-
-
-@lru_cache(maxsize=8)
-def timed(frames: str) -> Timed:
-    """Return the trajectory of key frames' text; raises ValueError."""
-    return Timed(parse_key_frames(frames))
 
 
 class RosLeader(Model):
@@ -119,15 +95,6 @@ class Leader(Model):
     def unforeseen(self) -> bool:
         """Whether its motion is not in the file: it is steered or carried."""
         return self.steered or self.kind == "tracked"
-
-    def course(self) -> Trajectory:
-        """Return its known course; a leader whose motion is unforeseen is assumed to stay."""
-        return Constant((0.0, 0.0, 0.0)) if self.unforeseen else self.trajectory.build()
-
-    @property
-    def speed_bound(self) -> float:
-        """The highest expected speed of the leader, m/s."""
-        return self.speed if self.unforeseen else self.trajectory.build().fastest
 
 
 AT_REST = Leader(kind="virtual", trajectory=ConstantVelocity(kind="constant", velocity=(0.0, 0.0, 0.0)))

@@ -127,11 +127,6 @@ class Swarm(Model):
         return tuple(i for i, leader in self.leading.items() if leader.kind == "tracked")
 
     @property
-    def leader_speed(self) -> float:
-        """The highest expected speed of a leader, m/s."""
-        return max((leader.speed_bound for leader in self.leading.values()), default=0.0)
-
-    @property
     def steered(self) -> tuple[int, ...]:
         """Ids of the leaders that fly by commands from outside, ascending."""
         return tuple(i for i, leader in self.leading.items() if leader.steered)

@@ -23,6 +23,7 @@ from flockwire_core.swarm.airframes import AIRFRAMES, ByItself
 from flockwire_core.swarm.formation_rules import survey_of
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.swarm.reading import stat_file
+from flockwire_core.swarm.trajectories import course_of, leader_speed
 from flockwire_core.wire.plan import Plan, port_of
 
 from flockwire_operator.station.idle_options import idle
@@ -110,7 +111,7 @@ def _depth(swarm: Swarm) -> Iterator[str]:
     age = swarm.gateway.latency + depths[deepest] * (swarm.sim.delay + 1.0 / swarm.control.rate_hz)
     period = 1.0 / swarm.gateway.rate_hz
     noise = 1e3 * swarm.gateway.noise * noise_gain(constant, age, period)
-    moving = 1e3 * motion_error(swarm.reference.course(), constant, age, period, depth_horizon)
+    moving = 1e3 * motion_error(course_of(swarm.reference), constant, age, period, depth_horizon)
     yield (
         f"  deepest: {uav(deepest)}, {depths[deepest]} hops, data up to {1e3 * age:.0f} ms old; error of its estimate: "
         f"{noise:.2f} mm per axis from noise (standard deviation), {moving:.2f} mm at most from the leader's turns"
@@ -241,7 +242,7 @@ def _wind_warnings(swarm: Swarm) -> Iterator[str]:
 def _sight_warnings(swarm: Swarm) -> Iterator[str]:
     """Yield a warning if the safety filter limits the speed below what formation and leader need, with the remedy."""
     for name, number in _kinds(swarm):
-        guard, needed = guard_parameters(swarm, number), survey_of(swarm).max_speed + swarm.leader_speed
+        guard, needed = guard_parameters(swarm, number), survey_of(swarm).max_speed + leader_speed(swarm)
         if guard.fastest < min(needed, guard.speed):
             radius = guard.separation.drone + 2.0 * needed * guard.delay + needed * needed / guard.acceleration
             yield (

@@ -10,6 +10,7 @@ from flockwire_core.domain.vector import ZERO, Vector, add, norm
 from flockwire_core.swarm.formation_rules import SURVEY_HORIZON, conflicts, survey_of
 from flockwire_core.swarm.leader import AT_REST
 from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.swarm.trajectories import course_of, speed_of, trajectory_of
 
 
 def predicted(swarm: Swarm, duration: float, avoided: bool = True) -> Iterator[str]:
@@ -49,7 +50,7 @@ def _of_real_drones(swarm: Swarm) -> Iterator[str]:
 def _of_leader(swarm: Swarm, duration: float) -> Iterator[str]:
     for number in swarm.walking:
         leader = swarm.leading[number]
-        if (walks := leader.trajectory.build().fastest) > leader.speed:
+        if (walks := trajectory_of(leader).fastest) > leader.speed:
             yield f"the simulated person walks {walks:.2f} m/s, leader.speed = {leader.speed:g} m/s"
     for number in swarm.leading:
         if number in swarm.flying:
@@ -57,7 +58,7 @@ def _of_leader(swarm: Swarm, duration: float) -> Iterator[str]:
 
 
 def _of_course(swarm: Swarm, number: int, duration: float) -> Iterator[str]:
-    fastest, name = swarm.leading[number].speed_bound, "the leader" if swarm.sole_leader is not None else uav(number)
+    fastest, name = speed_of(swarm.leading[number]), "the leader" if swarm.sole_leader is not None else uav(number)
     if fastest > swarm.limits.speed:
         yield f"{name}'s course takes {fastest:.2f} m/s, limits.speed = {swarm.limits.speed:g} m/s"
     room, (start, trajectory) = swarm.limits.fence.room(), _motion(swarm, number)
@@ -113,12 +114,12 @@ def _instants(duration: float) -> Iterator[float]:
 def _motion(swarm: Swarm, number: int | None) -> tuple[Vector, Trajectory]:
     """Return where a leader begins a formation, m, and its known trajectory; without one, the origin at rest."""
     if number is None:
-        return ZERO, AT_REST.course()
+        return ZERO, course_of(AT_REST)
     leader = swarm.leading[number]
     start = swarm.drone(number).start if leader.has_body else leader.start
     if number in swarm.flying:
         start = add(start, (0.0, 0.0, swarm.limits.takeoff_height))
-    return start, leader.trajectory.build() if number in swarm.walking else leader.course()
+    return start, trajectory_of(leader) if number in swarm.walking else course_of(leader)
 
 
 def _too_near(swarm: Swarm, place: Vector) -> Iterator[int]:

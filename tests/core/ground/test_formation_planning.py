@@ -8,6 +8,7 @@ from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import distance, norm
 from flockwire_core.ground.formation_planning import LEAD_TIME, ChangeRefusedError, plan_change, plan_in_time
 from flockwire_core.pilot.orders import flown_formation
+from flockwire_core.swarm.trajectories import speed_of
 
 NOW = 1_790_000_100 * SECOND
 RUNNING = Mission(NOW - 30 * SECOND, "world", "start", NOW - 20 * SECOND)
@@ -54,7 +55,7 @@ def test_a_change_begins_in_time_and_continues_from_what_is_flown(swarm):
 
 @pytest.mark.parametrize("name", ["row", "block"])
 def test_it_keeps_to_the_limits_all_along(swarm, name):
-    speed = swarm.limits.speed - swarm.leader.speed_bound
+    speed = swarm.limits.speed - speed_of(swarm.leader)
     for offsets, rates in sampled(swarm, plan_change(swarm, RUNNING, name, NOW)):
         assert max(map(norm, rates)) <= speed + 0.01
         points = [(0.0, 0.0, 0.0), *offsets]

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 from flockwire_core.loading import SwarmFileError
+from flockwire_core.swarm.trajectories import leader_speed
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import LEADING
 
@@ -40,7 +41,7 @@ def test_without_a_leader_all_follow_and_nobody_publishes_its_pose(
     make_swarm: Callable[..., Any], law_file: str
 ) -> None:
     swarm = make_swarm({"leaders": [], "graph.edges": [[0, 1]], "control.law": f"{law_file}:Still"})
-    assert (swarm.followers, swarm.sole_leader, swarm.leader_speed) == ((0, 1, 2, 3, 4), None, 0.0)
+    assert (swarm.followers, swarm.sole_leader, leader_speed(swarm)) == ((0, 1, 2, 3, 4), None, 0.0)
     plan = Plan(swarm)
     assert not plan.of(LEADING)
     assert plan.pilot[0] == "uav0"

@@ -13,6 +13,7 @@ import pytest
 import tomli_w
 from flockwire_core.control.key_frames import KeyFrames, parse_key_frames
 from flockwire_core.loading import load_swarm
+from flockwire_core.swarm.trajectories import course_of
 
 if TYPE_CHECKING:
     from command_line import CommandLine
@@ -110,7 +111,7 @@ def test_a_trajectory_of_tum_becomes_the_leaders_path(
     assert (found.offset(0, 0.0), found.end) == ((0.0, 0.0, 0.0), 2.0)
     path = {"leader.trajectory": {"kind": "key_frames", "file": "out.csv"}}
     (tmp_path / "swarm.toml").write_text(tomli_w.dumps(swarm_table(path)))
-    course = load_swarm(tmp_path / "swarm.toml").leader.course()
+    course = course_of(load_swarm(tmp_path / "swarm.toml").leader)
     assert dist(course.position(1.0), (0.5, 0.0, 0.0)) < 1e-3
     assert dist(course.rate(1.0), (0.5, 0.0, 0.0)) < 0.02
     assert course.fastest == pytest.approx(0.5, abs=0.3)

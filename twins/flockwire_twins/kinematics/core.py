@@ -16,6 +16,7 @@ from flockwire_core.process.driving import RETIREMENT, SETTLED, TELEMETRY_PERIOD
 from flockwire_core.process.stepping import next_deadline
 from flockwire_core.swarm.drones import Wind as WindTable
 from flockwire_core.swarm.model import Swarm, uav
+from flockwire_core.swarm.trajectories import trajectory_of
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import MISSION, STOP, Key
 from flockwire_core.wire.phase import Phase
@@ -54,7 +55,7 @@ class KinematicsCore:
         self.period = 1.0 / swarm.gateway.rate_hz
         self._frame = swarm.frame
         self._persons = {
-            Key("truth", uav(i)): MovingPoint(swarm.leading[i].trajectory.build(), swarm.drone(i).start)
+            Key("truth", uav(i)): MovingPoint(trajectory_of(swarm.leading[i]), swarm.drone(i).start)
             for i in swarm.walking
         }
         self._truths = tuple((Key("truth", owner), airframe) for owner, airframe in self._airframes.items())
