@@ -10,7 +10,7 @@ from flockwire_core.control.barrier import Approach
 from flockwire_core.control.plane_polygon import Corner, clearance, edges, inward_normal, nearest_on_edge
 from flockwire_core.control.safety_filter import HalfSpace
 from flockwire_core.domain.record import Frozen
-from flockwire_core.domain.vector import Vector
+from flockwire_core.domain.vector import Vector, scale, subtract
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,18 +52,15 @@ class Room(Frozen):
 
     def inwards(self, velocity: Vector, position: Vector) -> Vector:
         """Return `velocity` (m/s) without its outward component at the boundary or outside."""
-        low, high = self.low, self.high
-        if not (low[0] < position[0] < high[0] and low[1] < position[1] < high[1] and low[2] < position[2] < high[2]):
-            x, y, z = (
-                max(v, 0.0) if p <= a else min(v, 0.0) if p >= b else v
-                for v, p, a, b in zip(velocity, position, low, high, strict=True)
-            )
-            velocity = (x, y, z)
-        if self.corners:
-            distance, (nx, ny) = clearance(self.corners, position[:2])
-            along = nx * velocity[0] + ny * velocity[1]
-            if distance <= 0.0 and along < 0.0:
-                velocity = (velocity[0] - along * nx, velocity[1] - along * ny, velocity[2])
+        x, y, z = position
+        a, b, c = self.low
+        d, e, f = self.high
+        if a < x < d and b < y < e and c < z < f and not self.corners:  # as in nearly all steps
+            return velocity
+        for distance, out in self.sides(position):
+            along = out[0] * velocity[0] + out[1] * velocity[1] + out[2] * velocity[2]
+            if distance <= 0.0 and along > 0.0:
+                velocity = subtract(velocity, scale(out, along))
         return velocity
 
     def half_spaces(
