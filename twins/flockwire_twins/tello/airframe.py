@@ -13,7 +13,7 @@ from dataclasses import replace
 from math import atan2, cos, pi, sin
 from typing import NamedTuple
 
-from flockwire_core.control.airframe.first_order_lag import lagged
+from flockwire_core.control.airframe.first_order_lag import lagged, lagged_motion
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.domain.vector import ZERO, Vector, add, scale
 from flockwire_core.process.driving import GRAVITY
@@ -147,9 +147,7 @@ class TelloAirframe:
         target = to_world(velocity, (m.yaw + yaw) / 2.0)
         if self._wind is not None:
             target = add(target, self._wind.at(self._moment))
-        axes = [lagged(x, v, u, p.lag, dt) for x, v, u in zip(m.position, m.velocity, target, strict=True)]
-        (x, vx), (y, vy), (z, vz) = axes
-        speed = (vx, vy, vz)
+        (x, y, z), speed = lagged_motion(m.position, m.velocity, target, p.lag, dt)
         acceleration = tuple((u - v) / p.lag if p.lag else 0.0 for u, v in zip(target, speed, strict=True))
         if z < self._ground:
             return AirframeMotion((x, y, self._ground), ZERO, yaw, 0.0, ZERO)
