@@ -8,9 +8,8 @@ from hashlib import blake2b
 from typing import Final
 
 from flockwire_core.compiling import mypyc_attr
-from flockwire_core.domain.law_message import LawMessage
+from flockwire_core.domain.law_message import LawMessage, Signals
 from flockwire_core.domain.record import Record
-from flockwire_core.domain.signals import Signals
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.cores import Core, Datagram, Networked
 from flockwire_core.process.stepping import Resources, StatusPublisher, Stepper, prompt_keys, tick_period

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from math import cos, sin
 
-from flockwire_core.domain.quaternion import Quaternion
+from flockwire_core.domain.pose import Quaternion
 from flockwire_core.process.cores import Address, Datagram
 from flockwire_core.process.driving import CONTACT, FROZEN
 from flockwire_core.swarm.model import Swarm
