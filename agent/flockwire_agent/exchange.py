@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Sequence
+from functools import partial
 from math import inf
 from typing import Any
 
 from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
+from flockwire_core.domain.law_message import Signals
+from flockwire_core.domain.time import nanoseconds
 from flockwire_core.law import Decision, Heard, Information, Seen
 from flockwire_core.pilot.law_messages import Hearing, LawSender
-from flockwire_core.pilot.leadership import Leadership
 from flockwire_core.pilot.neighbourhood import Neighbourhood
 from flockwire_core.pilot.sight import Presence, Sight
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
-from flockwire_core.wire.information import relays, sees, speakers
-from flockwire_core.wire.keys import Key
+from flockwire_core.wire.information import relays, sees, signs, speakers
+from flockwire_core.wire.keys import LEADS, Key
 from flockwire_core.wire.law_form import LawForm
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import SILENT, Reason, Report, counted
@@ -36,12 +38,13 @@ class Exchange:
         self._born, self._frame, self._relays = born, swarm.frame, relays(swarm)
         self.neighbours: Sequence[Seen] = ()
         self.around: Sequence[Seen] = ()
-        self.neighbourhood, self._leadership = _neighbourhood(swarm, number), Leadership(swarm)
-        self._awaits_signs = bool(self._leadership.handlers)
+        self.neighbourhood = _neighbourhood(swarm, number)
+        self._sign_limit = nanoseconds(swarm.limits.staleness.leader_silent)
+        self._signs = dict.fromkeys(signs(swarm), 0)  # when each leader gave its last one, Unix ns; 0: never
         self.handlers: dict[Key, Callable[[Any], None]] = {
             **{Key("pose", uav(j)): self.neighbourhood.take_pose(j) for j in neighbours},
             **{Key("estimate", uav(j)): self.neighbourhood.take_estimate(j) for j in neighbours},
-            **self._leadership.handlers,
+            **{Key(LEADS, uav(j)): partial(self._take_sign, j) for j in self._signs},
         }
         self._noticed: list[Presence] = []
         self._sight = self._hearing = self._sender = None
@@ -77,8 +80,17 @@ class Exchange:
             self.neighbours, self.around = self._sight.neighbours, self._sight.around
         if self._hearing is not None:
             self.heard, self.news = self._hearing.heard, self._hearing.news
-        down = neighbourhood.leading is Leading.IS_DOWN
-        self.leader_down = down or (self._awaits_signs and self._leadership.is_down(now))
+        self.leader_down = neighbourhood.leading is Leading.IS_DOWN
+        if self._signs and self._has_silent_leader(now):
+            self.leader_down = True
+
+    def _take_sign(self, j: int, sign: Signals) -> None:
+        self._signs[j] = sign.stamp
+
+    def _has_silent_leader(self, now: int) -> bool:
+        """Return whether a leader that led gives no sign at `now` (Unix ns): one of several stops the formation."""
+        oldest = now - self._sign_limit
+        return any(0 < stamp < oldest for stamp in self._signs.values())
 
     def estimate(self, decision: Decision) -> LeaderMotion | None:
         """Return the estimate of the leader that a law's decision has, of a law that relays it."""

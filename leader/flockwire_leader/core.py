@@ -11,7 +11,6 @@ from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector
 from flockwire_core.objects import load_object
 from flockwire_core.parameters import pilot_parameters
-from flockwire_core.pilot.leadership import LeaderSign
 from flockwire_core.pilot.neighbourhood import LEADING_PHASES
 from flockwire_core.pilot.pilot import Pilot
 from flockwire_core.process.cores import Core, Start
@@ -47,8 +46,7 @@ class FlyingLeader:
         self._teleoperation = Teleoperation(swarm, number) if swarm.leading[number].steered else None
         if self._teleoperation is not None:
             self._pilot.handlers[Key(STEERING, uav(number))] = self._teleoperation.take
-        self._lead, self._sign = LeadMessages(swarm, number, now), LeaderSign(swarm, number)
-        self._motion = FlownMotion(airframe.lag)
+        self._lead, self._motion = LeadMessages(swarm, number, now), FlownMotion(airframe.lag)
         self._flown: Mission | None = None  # the order of the course
 
     def receive(self, key: Key, message: Message, now: int) -> None:
@@ -64,10 +62,9 @@ class FlyingLeader:
         was = pilot.flight.phase
         phase = pilot.observe(now, 0.0, (), "", list)  # s: a leader has no in-neighbours
         wanted = self._wanted(was, now) if phase is Phase.FORMATION else ZERO
-        messages = [*pilot.command(wanted, now), *self._sign.messages(phase in LEADING_PHASES, now)]
-        mission = pilot.flight.mission
+        messages, mission = pilot.command(wanted, now), pilot.flight.mission if phase is Phase.FORMATION else None
         flown = self._motion.update(pilot.motion, pilot.sent, pilot.dt)
-        return [*messages, *self._lead.messages(mission if phase is Phase.FORMATION else None, flown, now)]
+        return messages + self._lead.messages(mission, flown, now, phase in LEADING_PHASES)
 
     def report(self, now: int) -> Report:
         """Return the leader's status."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.vector import Vector
-from flockwire_core.pilot.leadership import LeaderSign
 from flockwire_core.pilot.moving_point import MovingPoint
 from flockwire_core.pilot.orders import Orders
 from flockwire_core.pilot.phases import age
@@ -26,13 +25,11 @@ class GroundedLeader(Ground):
     def __init__(self, swarm: Swarm, number: int, now: int, orders: Orders) -> None:
         self.period, self.prompt = 1.0 / swarm.control.rate_hz, frozenset({MISSION})
         self._pose_key, self._orders = Key("pose", uav(number)), orders
-        self._lead, self._sign = LeadMessages(swarm, number, now), LeaderSign(swarm, number)
-        self._motion = WatchedMotion()
+        self._lead, self._motion = LeadMessages(swarm, number, now), WatchedMotion()
 
     def _leading(self, position: Vector, stamp: int, now: int) -> list[tuple[Key, Message]]:
         """Return the sign and the law's message of a leader that was at `position` (m) at `stamp` (Unix ns)."""
-        led = self._lead.messages(self._orders.mission, self._motion.update(position, stamp), now)
-        return [*self._sign.messages(True, now), *led]
+        return self._lead.messages(self._orders.mission, self._motion.update(position, stamp), now)
 
     def _report(self, phase: Phase, position: Vector | None, now: int, detail: str = "", age: float = -1.0) -> Report:
         orders = self._orders
