@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import lru_cache
 from itertools import product
-from math import ceil, dist
+from math import ceil, dist, isfinite
 
 from flockwire_core.control.key_frames import KeyFrames
 from flockwire_core.control.survey import Survey, survey
@@ -76,13 +76,15 @@ def conflicts(swarm: Swarm, key: str, shape: Survey) -> Iterator[Problem]:
 
 def _undefined(swarm: Swarm, key: str, table: ExpressionFormation) -> Problem | None:
     """Return the first expression without a finite value."""
-    found = table.undefined(len(swarm.followers), SURVEY_HORIZON, 0.1)  # s, a step
-    if found is None:
-        return None
-    axis, rank, t = found
-    where = f"t = {t:.1f} s for {uav(swarm.followers[rank])} (i = {rank})"
-    must = f"must have one from 0 to {SURVEY_HORIZON:g} s"
-    return Problem(f"{key}.{axis}", f"it or its rate has no finite value at {where}; {must}")
+    formation = table.build(len(swarm.followers))
+    for k, (rank, drone) in product(range(round(10 * SURVEY_HORIZON) + 1), enumerate(swarm.followers)):
+        t = k * 0.1  # s, a step
+        for axis, place, rate in zip("xyz", formation.offset(rank, t), formation.offset_rate(rank, t), strict=True):
+            if not isfinite(place + rate):
+                where = f"t = {t:.1f} s for {uav(drone)} (i = {rank})"
+                must = f"must have one from 0 to {SURVEY_HORIZON:g} s"
+                return Problem(f"{key}.{axis}", f"it or its rate has no finite value at {where}; {must}")
+    return None
 
 
 def _auctions(swarm: Swarm) -> Iterator[Problem]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import isfinite
 from typing import Annotated, ClassVar, Literal, cast
 
 from pydantic import Field, field_validator
@@ -107,21 +106,6 @@ class ExpressionFormation(FormationModel):
     def build(self, count: int) -> shapes.Formation:
         """Return the formation of `count` followers."""
         return cast("shapes.Formation", load_object(PARAMETRIC)(count, (self.x, self.y, self.z)))
-
-    def undefined(self, count: int, horizon: float, step: float) -> tuple[str, int, float] | None:
-        """Return axis, rank and time in s of the first value that is not finite.
-
-        Checks every `step` s up to `horizon`; None if all values are finite.
-        """
-        formation = self.build(count)
-        for k in range(round(horizon / step) + 1):
-            t = k * step
-            for index in range(count):
-                values = zip("xyz", formation.offset(index, t), formation.offset_rate(index, t), strict=True)
-                for axis, place, rate in values:
-                    if not isfinite(place + rate):
-                        return axis, index, t
-        return None
 
 
 FormationTable = Annotated[
