@@ -19,15 +19,18 @@ class ByItself(NamedTuple):
     after: float = inf
 
 
+FOLLOWS, CONTINUES = ByItself("follows its last command"), ByItself("continues")  # of simulations without a driver
+
+
 @dataclass(frozen=True, slots=True)
 class AirframeRow:
     """One kind of airframe; `kind` is also the name of its built-in airframe and of its table in [[drones]]."""
 
     kind: str
     simulated: str  # makes the simulation of (swarm, drone's id, now, draw from [0, 1))
-    without_setpoints: ByItself  # reaction to missing setpoints
-    without_poses: ByItself  # reaction to lost tracking with setpoints
-    without_link: ByItself  # reaction to a lost link to its driver
+    without_setpoints: ByItself = FOLLOWS  # reaction to missing setpoints
+    without_poses: ByItself = CONTINUES  # reaction to lost tracking with setpoints
+    without_link: ByItself = FOLLOWS  # reaction to a lost link to its driver
     driver: str = ""  # makes the core of its driver's process from a Start; empty: its simulation obeys commands itself
     drone_keys: str = ""  # model of its keys in [[drones]]: one table, named like its kind
     airframe_keys: str = ""  # model of its keys in [airframes.NAME]
@@ -43,19 +46,10 @@ class AirframeRow:
     command: str = ""  # a further command of the command line, which runs its simulation without a swarm
 
 
-KINEMATICS = AirframeRow(
-    "kinematics",
-    simulated="flockwire_twins.kinematics.drone:standing",
-    without_setpoints=ByItself("follows its last command"),
-    without_poses=ByItself("continues"),
-    without_link=ByItself("follows its last command"),
-)
+KINEMATICS = AirframeRow("kinematics", simulated="flockwire_twins.kinematics.drone:standing")
 MULTIROTOR = AirframeRow(
     "multirotor",
     simulated="flockwire_twins.multirotor.airframe:standing",
-    without_setpoints=ByItself("follows its last command"),
-    without_poses=ByItself("continues"),
-    without_link=ByItself("follows its last command"),
     airframe_keys="flockwire_twins.multirotor.swarm_file:MultirotorInAirframes",
     built_in={"lag": 0.17, "dead_time": 0.09},  # s, as `flockwire identify` finds them
     rules="flockwire_twins.multirotor.rules:RULES",
