@@ -193,7 +193,3 @@ class Gateway(Model):
         """The axes and unit of the source in use."""
         table = getattr(self, self.source)
         return table if isinstance(table, Axes) else Axes()
-
-    def simulated(self) -> Gateway:
-        """Return the table for virtual time: simulated cameras replace any other source."""
-        return self.model_copy(update={"source": "simulated", "twin": None})

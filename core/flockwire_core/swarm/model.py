@@ -145,7 +145,7 @@ class Swarm(Model):
     def walking(self) -> tuple[int, ...]:
         """Ids of the tracked leaders that simulated persons carry, if the cameras are simulated; else empty."""
         cameras = self.gateway.source == "simulated" or self.gateway.simulates_tracker
-        return tuple(i for i in self.tracked if i not in self.flying and cameras)
+        return self.carried if cameras else ()
 
     def of_kind(self, *rows: AirframeRow) -> tuple[int, ...]:
         """Return the ids of the drones whose airframes are of one of these kinds, simulated or not, ascending."""
@@ -223,17 +223,13 @@ class Swarm(Model):
             return self
         kinds = dict.fromkeys(row.kind for row in AIRFRAMES if row.drone_keys)
         drones = tuple(drone.model_copy(update=kinds) for drone in self.drones)
+        gateway = self.gateway.model_copy(update={"source": "simulated", "twin": None})
         fields = {name: getattr(self, name) for name in type(self).model_fields}
-        return Swarm.model_construct(**fields | {"gateway": self.gateway.simulated(), "drones": drones})
+        return Swarm.model_construct(**fields | {"gateway": gateway, "drones": drones})
 
     def beside(self, file: Path) -> Swarm:
         """Return the swarm that searches an own law in the folder of `file`."""
         return self.model_copy(update={"folder": str(file.absolute().parent)}) if ":" in self.control.law else self
-
-    def unaligned(self) -> Swarm:
-        """Return the swarm with the tracker's frame as the field's, for `flockwire align`."""
-        level = {"rotation": (0.0, 0.0, 0.0, 1.0), "offset": (0.0, 0.0, 0.0)}
-        return self.tracked_by(self.gateway.model_copy(update=level))
 
     def tracked_by(self, gateway: Gateway) -> Swarm:
         """Return the swarm with another table [gateway]."""

@@ -65,7 +65,9 @@ def align(
 
     plan = load(swarm)
     known = _places(plan, at or [])
-    inspection, state = _listen(Plan(plan.swarm.unaligned()), seconds)
+    level = {"rotation": (0.0, 0.0, 0.0, 1.0), "offset": (0.0, 0.0, 0.0)}  # the tracker's frame is the field's
+    gateway = plan.swarm.gateway.model_copy(update=level)
+    inspection, state = _listen(Plan(plan.swarm.tracked_by(gateway)), seconds)
     seen = inspection.places()
     if state.trouble and not seen:
         refuse(state.trouble)
