@@ -32,22 +32,15 @@ class Fleet:
     ) -> None:
         self.pilots, self.now = pilots, now
         self._telemetry, self._statuses = telemetry, statuses
-        self.fresh = {
-            drone: statuses[pilot]
-            for drone, pilot in pilots.items()
-            if pilot in statuses and now - statuses[pilot].stamp < STALE
-        }
-        self.states = {
-            drone: telemetry[drone].state
-            for drone in pilots
-            if drone in telemetry and now - telemetry[drone].stamp < STALE
-        }
+        self._recent = {one: status for one, status in statuses.items() if now - status.stamp < STALE}
+        self.fresh = {drone: self._recent[pilot] for drone, pilot in pilots.items() if pilot in self._recent}
+        heard = {drone: telemetry[drone] for drone in pilots if drone in telemetry}
+        self.states = {drone: one.state for drone, one in heard.items() if now - one.stamp < STALE}
+        self._gateway = self._report(GATEWAY.kind)  # None if it is silent
 
-    @property
-    def _gateway(self) -> Report | None:
-        """The gateway's report, None if it is silent."""
-        status = self._statuses.get(GATEWAY.kind)
-        return status.report if status is not None and self.now - status.stamp < STALE else None
+    def _report(self, identity: str) -> Report | None:
+        """Return the report of a process, None if it is silent."""
+        return self._recent[identity].report if identity in self._recent else None
 
     @property
     def order_age(self) -> float | None:
@@ -89,8 +82,8 @@ class Fleet:
 
     def position(self, identity: str) -> Vector | None:
         """Return the position (m, world frame) that a process reports, None if it is silent or knows none."""
-        status = self._statuses.get(identity)
-        return status.report.position if status is not None and self.now - status.stamp < STALE else None
+        report = self._report(identity)
+        return report.position if report is not None else None
 
     def unclear(self) -> list[int]:
         """Return the drones whose pilots obey an order that is not in the gateway's log yet."""
@@ -123,8 +116,7 @@ class Fleet:
 
     def clocks_off(self, bound: float) -> dict[str, float]:
         """Return the clock bounds, s, by process, that are above `bound` or unknown (-1)."""
-        fresh = [status for status in self._statuses.values() if self.now - status.stamp < STALE]
-        return {s.identity: s.clock_bound for s in fresh if not 0.0 <= s.clock_bound <= bound}
+        return {s.identity: s.clock_bound for s in self._recent.values() if not 0.0 <= s.clock_bound <= bound}
 
     def flown(self) -> Mission | None:
         """Return the order by which drones are in a formation, None if none is."""
@@ -143,8 +135,7 @@ class Fleet:
 
     def unnumbered(self, pilots: Iterable[str]) -> tuple[str, ...]:
         """Return which of `pilots` obey a hold or a landing that has no number: they take up by no order."""
-        fresh = {status.identity: status.report for status in self.fresh.values()}
-        return tuple(pilot for pilot in pilots if pilot in fresh and fresh[pilot].unnumbered)
+        return tuple(pilot for pilot in pilots if (report := self._report(pilot)) and report.unnumbered)
 
     def stronger(self, order: Mission) -> Mission | None:
         """Return the order in force if it outranks `order`, or was made from it; None if it does not."""
@@ -184,10 +175,8 @@ class Fleet:
         return state is not None and state not in IN_THE_AIR and self._telemetry[drone].stamp > since
 
     def _obeys(self, drone: int, order: Mission) -> bool:
-        if drone not in self.fresh:
-            return False
-        report = self.fresh[drone].report
-        if report.mission is None or not _received(report, order):
+        report = self._report(self.pilots[drone])
+        if report is None or report.mission is None or not _received(report, order):
             return False
         down = order.verb == "hold" and report.phase in ON_GROUND  # pilots that do not know it do not take off
         return down or report.mission.verb == order.verb

@@ -85,11 +85,8 @@ class Swarm(Model):
         if not isinstance(value, dict):
             return value
         known = {name: airframe.model_dump() for name, airframe in BUILT_IN_AIRFRAMES.items()}
-        own = {
-            name: {**known.get(name, {}), **table} if isinstance(table, dict) else table
-            for name, table in value.items()
-        }
-        return {**known, **own}
+        own = ((name, known.get(name, {}) | one if isinstance(one, dict) else one) for name, one in value.items())
+        return known | dict(own)
 
     @cached_property
     def followers(self) -> tuple[int, ...]:
