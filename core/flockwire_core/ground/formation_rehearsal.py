@@ -5,7 +5,8 @@ It checks speed, acceleration, spacing and fence.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import cache
 from itertools import combinations
 from math import ceil
 from typing import NamedTuple
@@ -50,8 +51,8 @@ class Rehearsal:
         self._fixed = swarm.formation_table(name).places == "fixed"
         self._ranks = tuple(range(len(swarm.followers)))
         self.places_before = running.change.places if running.change is not None else self._ranks
-        self._before = _Course(swarm.build_formation(running.formation))
-        self._after = _Course(swarm.build_formation(name))
+        self._before = _course(swarm.build_formation(running.formation))
+        self._after = _course(swarm.build_formation(name))
         self._guards = [guard_parameters(swarm, i) for i in swarm.followers] if swarm.control.filtered else []
         self._safe = swarm.drone_spacing
         disturbance = swarm.control.compensated
@@ -74,14 +75,14 @@ class Rehearsal:
         if self._fixed:
             return self._ranks
         middle = np.array([self._begin + duration / 2.0])
-        now, then = self._before.at(middle)[0], self._after.at(middle)[0]
+        now, then = self._before(middle)[0], self._after(middle)[0]
         return assignment(now[0, self.places_before, :].tolist(), then[0].tolist())
 
     def way(self, duration: float) -> Way:
         """Return h, h' and all distances along a change of `duration` s, as in FormationChange."""
         seconds: Array = STEP * np.arange(-BEYOND, ceil(duration / STEP) + BEYOND + 1, dtype=np.float64)
         times, places = self._begin + seconds, self.places(duration)
-        (a, a_rate), (b, b_rate) = self._before.at(times), self._after.at(times)
+        (a, a_rate), (b, b_rate) = self._before(times), self._after(times)
         a, a_rate = a[:, self.places_before, :], a_rate[:, self.places_before, :]
         b, b_rate = b[:, places, :], b_rate[:, places, :]
         shares = np.clip(seconds / duration, 0.0, 1.0).tolist()
@@ -177,20 +178,13 @@ class Rehearsal:
         return uav(self._swarm.followers[index])
 
 
-class _Course:
-    """A formation over time, evaluated once at each time."""
+def _course(shape: Formation) -> Callable[[Array], tuple[Array, Array]]:
+    """Return the function of offsets and rates, shape (times, ranks, 3), at times (s), each evaluated once."""
+    ranks = range(shape.count)
+    at = cache(lambda t: ([shape.offset(i, t) for i in ranks], [shape.offset_rate(i, t) for i in ranks]))
 
-    def __init__(self, formation: Formation) -> None:
-        self._formation = formation
-        self._seen: dict[float, tuple[list[Vector], list[Vector]]] = {}
+    def course(times: Array) -> tuple[Array, Array]:
+        offsets, rates = zip(*map(at, times.tolist()), strict=True)
+        return np.array(offsets), np.array(rates)
 
-    def at(self, times: Array) -> tuple[Array, Array]:
-        """Return offsets and rates at `times` (s), shape (times, ranks, 3)."""
-        seen = [self._at(t) for t in times.tolist()]
-        return np.array([offsets for offsets, _ in seen]), np.array([rates for _, rates in seen])
-
-    def _at(self, t: float) -> tuple[list[Vector], list[Vector]]:
-        if t not in self._seen:
-            shape, ranks = self._formation, range(self._formation.count)
-            self._seen[t] = [shape.offset(i, t) for i in ranks], [shape.offset_rate(i, t) for i in ranks]
-        return self._seen[t]
+    return course
