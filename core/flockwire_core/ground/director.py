@@ -12,9 +12,8 @@ from enum import StrEnum
 from flockwire_core.domain.order import IN_FORMATION, Mission
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground.first_places import with_first_places
-from flockwire_core.ground.fleet import STALE, Fleet
+from flockwire_core.ground.fleet import FLYING, STALE, Fleet, Lost
 from flockwire_core.ground.known_orders import KnownOrders
-from flockwire_core.ground.lost import FLYING, Lost, reason_of_loss
 from flockwire_core.ground.order import Order
 from flockwire_core.ground.preflight import problems
 from flockwire_core.pilot.orders import rank
@@ -180,7 +179,7 @@ class Director:
                 self.stage, self._since = Stage.FLYING, now  # the last drone joined the others
         lost = self._lost.first(fleet, self.stage is Stage.TAKING_OFF)
         if lost is not None:
-            return self.abort(f"{fleet.pilots[lost]} {LOST[self.stage]}: {reason_of_loss(fleet, lost)}", now)
+            return self.abort(f"{fleet.pilots[lost]} {LOST[self.stage]}: {fleet.reason_of_loss(lost)}", now)
         over = self.stage is Stage.FLYING and 0 < self._duration <= now - self._took_off
         return self.land(now) if over else None
 

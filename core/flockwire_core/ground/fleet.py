@@ -18,6 +18,7 @@ STALE = 2 * SECOND  # ns, maximum age of a status or telemetry
 GATEWAY_SILENT = f"{GATEWAY.kind}: silent, it decides on orders that take up"
 ON_GROUND = frozenset({Phase.GROUNDED, Phase.READY})
 IN_THE_AIR = frozenset({FlightState.FLYING, FlightState.LANDING})
+FLYING = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION})
 
 
 class Fleet:
@@ -170,6 +171,10 @@ class Fleet:
             return "no status"
         return (status.report.line or status.report.phase) if drone in self.fresh else "silent"
 
+    def reason_of_loss(self, drone: int) -> str:
+        """Return why a drone no longer flies."""
+        return "its motors stopped" if drone in self.fresh and self.has_stopped(drone) else self.why(drone)
+
     def _is_down(self, drone: int, since: int) -> bool:
         state = self.states.get(drone)
         return state is not None and state not in IN_THE_AIR and self._telemetry[drone].stamp > since
@@ -180,6 +185,33 @@ class Fleet:
             return False
         down = order.verb == "hold" and report.phase in ON_GROUND  # pilots that do not know it do not take off
         return down or report.mission.verb == order.verb
+
+
+class Lost:
+    """Finds the drones of a flight that no longer fly, unordered; each may seem lost for `grace` ns before it is."""
+
+    def __init__(self, grace: int) -> None:
+        self._grace = grace
+        self._since: dict[int, int] = {}  # when each started to seem lost, Unix ns
+        self._rose: set[int] = set()  # the drones that obeyed the take-off order
+
+    def first(self, fleet: Fleet, taking_off: bool) -> int | None:
+        """Return a lost drone, None if there is none; while `taking_off` it waits for drones still on the ground."""
+        return next((drone for drone in fleet.pilots if self._is_lost(fleet, drone, taking_off)), None)
+
+    def _is_lost(self, fleet: Fleet, drone: int, taking_off: bool) -> bool:
+        """Return whether a drone no longer flies, by its status or telemetry."""
+        silent, phase, state = drone not in fleet.fresh, fleet.phase(drone), fleet.states.get(drone)
+        if phase in FLYING and state in IN_THE_AIR:
+            self._rose.add(drone)
+        if taking_off and not silent and drone not in self._rose:
+            return False
+        if phase in FLYING and state not in (FlightState.GROUNDED, FlightState.STOPPED):
+            self._since.pop(drone, None)
+            return False
+        since = self._since.setdefault(drone, fleet.now)
+        by_itself = phase == Phase.STOPPED or (phase == Phase.LANDING and drone not in fleet.unclear())
+        return by_itself or fleet.now - since >= self._grace
 
 
 def unrecorded(recorders: Iterable[str], statuses: Mapping[str, Status]) -> str:
