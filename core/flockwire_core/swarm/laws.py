@@ -6,25 +6,15 @@ from pathlib import Path
 
 from flockwire_core.swarm.model import Swarm
 
+OF_LAWS = (  # the files of laws/, each with a class of its name in capitals
+    "consensus", "second_order", "flocking", "vasarhelyi", "bearing", "rigid", "affine", "containment", "aggregative",
+    "event_triggered", "barrier", "dmpc", "orca", "sliding_mode",
+)  # fmt: skip
 BUILT_IN = {
     "paper": "flockwire_agent.paper_law:PaperLaw",
     "extended": "flockwire_agent.extended_law:ExtendedLaw",
-    "consensus": "flockwire_laws.consensus:Consensus",
-    "second_order": "flockwire_laws.second_order:SecondOrder",
-    "flocking": "flockwire_laws.flocking:Flocking",
-    "vasarhelyi": "flockwire_laws.vasarhelyi:Vasarhelyi",
-    "bearing": "flockwire_laws.bearing:Bearing",
-    "rigid": "flockwire_laws.rigid:Rigid",
-    "affine": "flockwire_laws.affine:Affine",
-    "containment": "flockwire_laws.containment:Containment",
-    "aggregative": "flockwire_laws.aggregative:Aggregative",
-    "event_triggered": "flockwire_laws.event_triggered:EventTriggered",
-    "barrier": "flockwire_laws.barrier:Barrier",
-    "dmpc": "flockwire_laws.dmpc:Dmpc",
-    "orca": "flockwire_laws.orca:Orca",
-    "sliding_mode": "flockwire_laws.sliding_mode:SlidingMode",
+    **{name: f"flockwire_laws.{name}:{name.title().replace('_', '')}" for name in OF_LAWS},
 }
-
 
 ELSEWHERE = "flockwire_core.runtime.law_elsewhere:LawElsewhere"  # speaks with a law in another process
 
