@@ -7,6 +7,7 @@ import json
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from math import inf
 from typing import Annotated, Any, Literal, Self, TypeVar
 
@@ -55,24 +56,13 @@ class Form:
         return value
 
 
-def _is_ip(text: str) -> bool:
+def _is_ip(text: str, versions: tuple[int, ...] = (4, 6), kinds: tuple[bool, ...] = (False, True)) -> bool:
+    """Return whether a text is an address of one of the `versions`; `kinds`: False for one host, True for a group."""
     try:
-        ipaddress.ip_address(text)
+        address = ipaddress.ip_address(text)
     except ValueError:
         return False
-    return True
-
-
-def _is_ip4(text: str) -> bool:
-    return ":" not in text and _is_ip(text)
-
-
-def _is_host(text: str) -> bool:
-    return _is_ip4(text) and not ipaddress.ip_address(text).is_multicast
-
-
-def _is_group(text: str) -> bool:
-    return _is_ip4(text) and ipaddress.ip_address(text).is_multicast
+    return address.version in versions and address.is_multicast in kinds
 
 
 def _is_endpoint(text: str) -> bool:
@@ -114,9 +104,11 @@ HostName = Annotated[
     ),
 ]
 Ip = Annotated[str, Form("an IP address", _is_ip)]
-Ip4 = Annotated[str, Form("an IPv4 address", _is_ip4)]
-HostIp4 = Annotated[str, Form("an IPv4 address of one host", _is_host)]
-GroupIp4 = Annotated[str, Form("a multicast address, 224.0.0.0 to 239.255.255.255", _is_group)]
+Ip4 = Annotated[str, Form("an IPv4 address", partial(_is_ip, versions=(4,)))]
+HostIp4 = Annotated[str, Form("an IPv4 address of one host", partial(_is_ip, versions=(4,), kinds=(False,)))]
+GroupIp4 = Annotated[
+    str, Form("a multicast address, 224.0.0.0 to 239.255.255.255", partial(_is_ip, versions=(4,), kinds=(True,)))
+]
 Endpoint = Annotated[str, Form(f"IP:PORT, PORT from {LOWEST_PORT} to {HIGHEST_PORT} (IPv6: [IP]:PORT)", _is_endpoint)]
 
 
