@@ -61,8 +61,8 @@ class OneShots:
 
     def step(self, fleet: Fleet) -> Mission | None:
         if self._again is not None and fleet.now >= self._again:
-            plan, now = self._world.plan, fleet.now
-            self._again, self._newest = None, Director(plan, Order("start"), 0, now, now, self._duration)
+            plan = self._world.plan
+            self._again, self._newest = None, Director(plan, Order("start"), 0, fleet.now, fleet, self._duration)
         nobody = self._newest is self._first and self._first.stage is Stage.FLYING
         return None if nobody else self._newest.step(fleet)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground.director import Director, Stage
+from flockwire_core.ground.fleet import Fleet
 from flockwire_core.ground.formation_planning import plan_change
 from flockwire_core.ground.order import Order
 from flockwire_lab.world import EPOCH
@@ -16,7 +17,7 @@ class Script(Director):
     """Gives the orders of `script`: at s after the formation's time 0, a function of director, statuses and now."""
 
     def __init__(self, plan, duration, script):
-        super().__init__(plan, Order("start"), 0, EPOCH, EPOCH, duration)
+        super().__init__(plan, Order("start"), 0, EPOCH, Fleet({}, {}, {}, EPOCH), duration)
         self.script = sorted(script.items())
 
     def step(self, fleet):

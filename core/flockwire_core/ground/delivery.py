@@ -228,7 +228,7 @@ class StartDelivery(ChangeDelivery):
         if airborne := [uav(drone) for drone in order.without if fleet.states.get(drone) in IN_THE_AIR]:
             self.answer = Answer(refusal=f"{', '.join(airborne)} cannot be left out in the air; land first")
         elif running is None or not all(fleet.phase(drone) == Phase.FORMATION for drone in wanted):
-            self._director = Director(self._plan, order, self._giver, self._asked, fleet.now)
+            self._director = Director(self._plan, order, self._giver, self._asked, fleet)
         elif running.formation == order.formation:
             self.answer = Answer(tuple(wanted.values()))
         else:

@@ -45,13 +45,15 @@ UNDER_WAY = (Stage.TAKING_OFF, Stage.FLYING)
 class Director:
     """Conducts the flight of `plan` that `order` starts, from take-off to landing, asked for at `asked` (Unix ns).
 
+    It begins at the time and in the state of `fleet`, as an order to land may come before the first step.
+
     It lands after `duration` s (0: when ordered). It follows a hold or a landing that others ordered after `asked`. A
     pilot may seem lost for `grace` ns before all land. No drone takes off while a pre-flight check fails. The drones
     `order.without` stay on the ground. `giver` is the unique number of its orders.
     """
 
     def __init__(
-        self, plan: Plan, order: Order, giver: int, asked: int, now: int, duration: float = 0.0, grace: int = GRACE
+        self, plan: Plan, order: Order, giver: int, asked: int, fleet: Fleet, duration: float = 0.0, grace: int = GRACE
     ) -> None:
         self.stage = Stage.PREPARING
         self.failure = ""
@@ -59,8 +61,8 @@ class Director:
         self._swarm, self._formation, self._without = plan.swarm, order.formation, order.without
         self._lost = Lost(grace)
         self._duration = nanoseconds(duration)
-        self._since = self._took_off = now
-        self._fleet = Fleet({}, {}, {}, now)  # at the last step
+        self._since = self._took_off = fleet.now
+        self._fleet = fleet.without(order.without)  # at the last step
         self._sent = 0  # last publication of the newest order, Unix ns; 0: none
         self._known = KnownOrders(giver, asked)
 
@@ -81,10 +83,6 @@ class Director:
         if order is not None:
             self._sent = now
         return order
-
-    def look(self, fleet: Fleet) -> None:
-        """Receive what is known before the first step: an order to land may come before it."""
-        self._fleet = fleet.without(self._without)
 
     def land(self, now: int) -> Mission | None:
         """Return the order to land, None if no take-off was ordered and no drone flies: the flight is over."""

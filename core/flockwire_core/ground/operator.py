@@ -73,8 +73,7 @@ class OperatorCore:
     ) -> Director:
         """Conduct a flight from `now` (Unix ns) on; return its Director."""
         asked = now if asked is None else asked
-        self.director = Director(self._plan, order, self._new_giver(), asked, now, duration, grace)
-        self.director.look(self.fleet(now))
+        self.director = Director(self._plan, order, self._new_giver(), asked, self.fleet(now), duration, grace)
         return self.director
 
     def order(self, verb: str, now: int, note: Callable[[str], None] = lambda _: None) -> None:

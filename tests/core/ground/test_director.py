@@ -82,7 +82,9 @@ class Pilot:
 
 def conducting(duration=60.0, formation="", without=(), **options):
     """Return a director that begins now."""
-    return Director(PLAN, Order("start", formation, without=without), OURS, BEGAN, BEGAN, duration, **options)
+    return Director(
+        PLAN, Order("start", formation, without=without), OURS, BEGAN, Fleet({}, {}, {}, BEGAN), duration, **options
+    )
 
 
 class Tower:
