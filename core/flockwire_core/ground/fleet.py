@@ -11,7 +11,7 @@ from flockwire_core.domain.vector import Vector
 from flockwire_core.pilot.orders import rank
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.phase import Phase
-from flockwire_core.wire.processes import GATEWAY, RECORDER
+from flockwire_core.wire.processes import GATEWAY
 from flockwire_core.wire.status import Report, Status
 
 STALE = 2 * SECOND  # ns, maximum age of a status or telemetry
@@ -38,15 +38,12 @@ class Fleet:
         heard = {drone: telemetry[drone] for drone in pilots if drone in telemetry}
         self.states = {drone: one.state for drone, one in heard.items() if now - one.stamp < STALE}
         self._gateway = self._report(GATEWAY.kind)  # None if it is silent
+        # The time, s, since the gateway received its newest order, -1 before the first; None if it is silent.
+        self.order_age = self._gateway.order_age if self._gateway is not None else None
 
     def _report(self, identity: str) -> Report | None:
         """Return the report of a process, None if it is silent."""
         return self._recent[identity].report if identity in self._recent else None
-
-    @property
-    def order_age(self) -> float | None:
-        """The time, s, since the gateway received its newest order, -1 before the first; None if it is silent."""
-        return self._gateway.order_age if self._gateway is not None else None
 
     def mission(self) -> Mission | None:
         """Return the order in force by the gateway's log, None if there is none or the gateway is silent."""
@@ -108,12 +105,14 @@ class Fleet:
 
     def gateway_problem(self) -> tuple[str, ...]:
         """Return why a gateway accepts no order, or has no poses, for which pilots wait; empty without a problem."""
-        return (GATEWAY_SILENT,) if self._gateway is None else _waiting(GATEWAY.kind, self._gateway)
+        return (GATEWAY_SILENT,) if self._gateway is None else self.waits(GATEWAY.kind)
 
-    def recorder_problem(self) -> tuple[str, ...]:
-        """Return why a recorder would miss a take-off, by its last status, which may be old: it may be frozen."""
-        last = self._statuses.get(RECORDER.kind)
-        return () if last is None else _waiting(RECORDER.kind, last.report)
+    def waits(self, identity: str) -> tuple[str, ...]:
+        """Return what a process waits for by its last status, which may be old: it may be frozen; empty for nothing."""
+        last = self._statuses.get(identity)
+        if last is None or last.report.phase != Phase.WAITING:
+            return ()
+        return (f"{identity}: {last.report.detail}",)
 
     def clocks_off(self, bound: float) -> dict[str, float]:
         """Return the clock bounds, s, by process, that are above `bound` or unknown (-1)."""
@@ -218,11 +217,6 @@ def unrecorded(recorders: Iterable[str], statuses: Mapping[str, Status]) -> str:
     """Return which recorder could not record the whole flight by its last status, empty when all could."""
     reports = {identity: statuses[identity].report for identity in recorders if identity in statuses}
     return "; ".join(f"{identity}: {last.detail}" for identity, last in reports.items() if last.phase == Phase.FULL)
-
-
-def _waiting(identity: str, report: Report) -> tuple[str, ...]:
-    """Return what a process waits for, empty if it does not wait."""
-    return (f"{identity}: {report.detail}",) if report.phase == Phase.WAITING else ()
 
 
 def _received(report: Report, order: Mission) -> bool:

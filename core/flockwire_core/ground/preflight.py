@@ -9,6 +9,7 @@ from flockwire_core.domain.order import Mission
 from flockwire_core.ground.fleet import Fleet
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.swarm.wording import beside
+from flockwire_core.wire.processes import RECORDER
 
 
 def has_flown(mission: Mission | None) -> bool:
@@ -17,8 +18,8 @@ def has_flown(mission: Mission | None) -> bool:
 
 
 def problems(swarm: Swarm, fleet: Fleet) -> tuple[str, ...]:
-    """Return a sentence for each problem to correct before `fleet` takes off."""
-    return (*fleet.recorder_problem(), *_clocks(swarm, fleet), *_places(swarm, fleet))
+    """Return a sentence for each problem to correct before `fleet` takes off, which its recorder must not miss."""
+    return (*fleet.waits(RECORDER.kind), *_clocks(swarm, fleet), *_places(swarm, fleet))
 
 
 def _clocks(swarm: Swarm, fleet: Fleet) -> Iterator[str]:
