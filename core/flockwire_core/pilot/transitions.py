@@ -42,11 +42,6 @@ class Transition(NamedTuple):
     reason: str  # whose reason the phase has: a reaction's, "outdated", "stop", "kept" (that of before); empty: none
     because: str
 
-    def applies(self, phase: Phase, conditions: int) -> bool:
-        """Return whether it leads on from `phase` under the `conditions` that hold."""
-        required, forbidden = bits(self.required), bits(self.forbidden)
-        return phase in self.before and required & conditions == required and not forbidden & conditions
-
 
 def bits(conditions: Iterable[str]) -> int:
     """Return the `conditions` that hold as one number."""
@@ -71,7 +66,8 @@ def transitions() -> tuple[Transition, ...]:
 @cache
 def transition(phase: Phase, conditions: int) -> Transition:
     """Return the row by which a pilot in `phase` goes on under the `conditions` that hold (`bits`)."""
-    return next(row for row in transitions() if row.applies(phase, conditions))
+    rows = (row for row in transitions() if phase in row.before and not bits(row.required) & ~conditions)
+    return next(row for row in rows if not bits(row.forbidden) & conditions)
 
 
 @cache
