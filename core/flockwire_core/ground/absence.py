@@ -17,14 +17,13 @@ def refusal(swarm: Swarm, without: tuple[int, ...]) -> str:
             return f"--without {drone}: a leader cannot be left out"
         if drone not in swarm.followers:
             return f"--without {drone}: must be one of {list(swarm.followers)}"
-    left = _left(swarm, without)
+    left, chosen = _left(swarm, without), ", ".join(map(str, without))
     if not left.followers:
-        return f"--without {', '.join(map(str, without))}: at least one follower must fly"
+        return f"--without {chosen}: at least one follower must fly"
     if swarm.leaders and (lost := left.unreachable()):
-        names, chosen = ", ".join(map(uav, lost)), ", ".join(map(str, without))
-        return f"--without {chosen}: no spanning tree from a leader is left, none reaches {names}"
+        return f"--without {chosen}: no spanning tree from a leader is left, none reaches {', '.join(map(uav, lost))}"
     if swarm.auctioned and (ends := left.parted()):
-        chosen, (one, other) = ", ".join(map(str, without)), map(uav, ends)
+        one, other = map(uav, ends)
         return f"--without {chosen}: no links are left from {one} to {other}, which assignment = 'auction' needs"
     return ""
 
@@ -55,8 +54,5 @@ def consequences(swarm: Swarm, without: tuple[int, ...]) -> Iterator[str]:
 def _left(swarm: Swarm, without: tuple[int, ...]) -> Graph:
     """Return the graph of the remaining drones."""
     followers = tuple(i for i in swarm.followers if i not in without)
-    return Graph(
-        followers,
-        tuple(edge for edge in swarm.graph.edges if not {edge[0], edge[1]}.intersection(without)),
-        tuple(swarm.leading),
-    )
+    edges = tuple(edge for edge in swarm.graph.edges if not {edge[0], edge[1]}.intersection(without))
+    return Graph(followers, edges, tuple(swarm.leading))

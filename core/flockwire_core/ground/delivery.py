@@ -137,10 +137,8 @@ class DownDelivery(OrderDelivery):
     """Orders to hold or to land, at once."""
 
     def _step(self, fleet: Fleet, news: str, since: int) -> Mission | None:
-        own = self._known.order
-        if own is None:
-            own = self._known.give(Mission(fleet.now, self._plan.swarm.frame, self.order.verb))
-        return self._repeat(own, fleet)
+        new = Mission(fleet.now, self._plan.swarm.frame, self.order.verb)
+        return self._repeat(self._known.order or self._known.give(new), fleet)
 
 
 class ChangeDelivery(OrderDelivery):

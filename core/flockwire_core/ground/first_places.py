@@ -47,11 +47,8 @@ def with_held_places(running: Mission, swarm: Swarm, fleet: Fleet) -> Mission | 
     """
     if running.formation not in swarm.auctioned:
         return running
-    places: list[int | None] = []
-    for rank, drone in enumerate(swarm.followers):
-        status = fleet.fresh.get(drone)
-        held = status.report.place if status is not None else None
-        places.append(rank if drone in running.without else held)
+    held = {drone: status.report.place for drone, status in fleet.fresh.items()}
+    places = [rank if drone in running.without else held.get(drone) for rank, drone in enumerate(swarm.followers)]
     found = tuple([place for place in places if place is not None])
     if sorted(found) != list(range(len(swarm.followers))):
         return None
