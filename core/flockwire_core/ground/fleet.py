@@ -12,7 +12,7 @@ from flockwire_core.pilot.orders import rank
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.processes import GATEWAY
-from flockwire_core.wire.status import Report, Status
+from flockwire_core.wire.status import NO_MISSION, Report, Status
 
 STALE = 2 * SECOND  # ns, maximum age of a status or telemetry
 GATEWAY_SILENT = f"{GATEWAY.kind}: silent, it decides on orders that take up"
@@ -85,13 +85,12 @@ class Fleet:
 
     def unclear(self) -> list[int]:
         """Return the drones whose pilots obey an order that is not in the gateway's log yet."""
-        log = self.mission()
-        number, downs = (0, ()) if log is None else (log.number, log.downs)
+        log = self.mission() or NO_MISSION
         return [
             drone
             for drone, status in self.fresh.items()
-            if (status.report.mission is not None and status.report.mission.number > number)
-            or not set(status.report.unnumbered).issubset(downs)
+            if (status.report.mission or NO_MISSION).number > log.number
+            or not set(status.report.unnumbered).issubset(log.downs)
         ]
 
     def all_in(self, *phases: Phase) -> bool:

@@ -59,10 +59,8 @@ def _once(swarm: Swarm) -> Iterator[Problem]:
 
 
 def _services(swarm: Swarm) -> Iterator[Problem]:
-    if swarm.ros is None:
-        return
-    for name in swarm.formations:
-        if "formation" in swarm.ros.orders and not re.fullmatch(r"[A-Za-z_]\w*", name):
+    for name in swarm.formations if swarm.ros is not None and "formation" in swarm.ros.orders else ():
+        if not re.fullmatch(r"[A-Za-z_]\w*", name):
             yield Problem(f"formations.{name}", "must be letters, digits and _, because ros.orders has it as a service")
 
 
