@@ -16,7 +16,7 @@ from typing import NamedTuple
 from flockwire_core.domain.airframe import Telemetry
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND, nanoseconds
-from flockwire_core.ground.delivery import OrderDelivery
+from flockwire_core.ground.delivery import ChangeDelivery, OrderDelivery
 from flockwire_core.ground.director import POLL_PERIOD
 from flockwire_core.ground.fleet import Fleet
 from flockwire_core.ground.formation_planning import ChangeRefusedError, plan_in_time
@@ -182,16 +182,15 @@ class Desk(Ground):
 
     def _plans(self, asked: Asked, now: int) -> bool:
         """Return whether the order waits for its plan."""
-        if asked.giving.to_plan is None:
+        made = asked.giving
+        if not isinstance(made, ChangeDelivery) or made.to_plan is None:
             return False
         asked.planned = asked.planned or now + nanoseconds(asked.given.planning)
         if now < asked.planned:
             return True
-        made, asked.planned = asked.giving, 0
-        _, formation, duration, *_ = made.order
+        asked.planned = 0
         try:
-            plan = plan_in_time(self._plan.swarm, made.to_plan, formation, lambda: now, made.leader, duration)
-            made.planned(plan)
+            made.planned(plan_in_time(self._plan.swarm, made, lambda: now))
         except ChangeRefusedError as error:
             made.planned(None, str(error))
         return False

@@ -67,11 +67,8 @@ class VirtualOperator(Ground):
 
     def _plan_changes(self, now: int) -> None:
         for given in self.core.to_plan:
-            assert given.to_plan is not None  # noqa: S101  (it is listed)
-            _, formation, duration, *_ = given.order
             try:
-                change = plan_in_time(self._swarm, given.to_plan, formation, lambda: now, given.leader, duration)
-                given.planned(change)
+                given.planned(plan_in_time(self._swarm, given, lambda: now))
             except ChangeRefusedError as error:
                 given.planned(None, str(error))
 

@@ -36,9 +36,7 @@ class OrderDelivery(ABC):
     """One `order` to the swarm of `plan`, requested at `asked`, with `giver` as its number.
 
     It is known here since `since` (Unix ns; default: `asked`). `answer` is set at its end, and `answered` is then
-    called with it (OperatorCore); a stop is repeated for a while after that. If `to_plan` is not None, the change from
-    that order to the formation of `order` is to be planned, which takes longer than a step may, with the `leader` there
-    (m, world frame): call `planned` with the result.
+    called with it (OperatorCore); a stop is repeated for a while after that.
     """
 
     def __init__(
@@ -53,8 +51,6 @@ class OrderDelivery(ABC):
         self.order, self.answered = order, answered
         self.answer: Answer | None = None
         self.is_answered = False
-        self.to_plan: Mission | None = None
-        self.leader: Vector | None = None
         self._plan, self._giver = plan, giver
         self._asked, self._since = asked, asked if since is None else since
         self._known = KnownOrders(giver, asked)
@@ -77,10 +73,6 @@ class OrderDelivery(ABC):
         self._began = fleet.now if self._began is None else self._began
         present = fleet.present()
         return self._step(present, self._known.read(present), fleet.now - self._began)
-
-    def planned(self, mission: Mission | None, refusal: str = "") -> None:
-        """Take the change that was planned, or why there is none."""
-        raise NotImplementedError
 
     @abstractmethod
     def _step(self, fleet: Fleet, news: str, since: int) -> Mission | Stop | None:
@@ -142,8 +134,14 @@ class DownDelivery(OrderDelivery):
 
 
 class ChangeDelivery(OrderDelivery):
-    """Changes to another formation, whose time continues, only in the air; refused if it cannot be flown."""
+    """Changes to another formation, whose time continues, only in the air; refused if it cannot be flown.
 
+    If `to_plan` is not None, the change from that order to the formation of `order` is to be planned, which takes
+    longer than a step may, with the `leader` there (m, world frame): call `planned` with the result.
+    """
+
+    to_plan: Mission | None = None
+    leader: Vector | None = None
     _from: Mission | None = None  # the order before the change
     _planned: Mission | None = None
     _note = ""

@@ -12,6 +12,7 @@ from itertools import chain
 from flockwire_core.domain.order import LONGEST_CHANGE, Change, Mission
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.domain.vector import Vector
+from flockwire_core.ground.delivery import ChangeDelivery
 from flockwire_core.ground.formation_rehearsal import Rehearsal, Way
 from flockwire_core.swarm.model import Swarm
 
@@ -57,17 +58,16 @@ def plan_change(
     return order._replace(formation=name, change=change)
 
 
-def plan_in_time(
-    swarm: Swarm, running: Mission, name: str, clock: Callable[[], int], leader: Vector | None, duration: float | None
-) -> Mission:
-    """Plan as `plan_change` at the time that `clock` shows (Unix ns), and again if planning took too long.
+def plan_in_time(swarm: Swarm, made: ChangeDelivery, clock: Callable[[], int]) -> Mission:
+    """Plan what `made` waits for at the time that `clock` shows (Unix ns), and again if planning took too long.
 
-    Half of the lead time is left for the order to arrive.
+    Half of the lead time is left for the order to arrive. Raises ChangeRefusedError.
     """
-    lead = LEAD_TIME
+    wanted, running, lead = made.order, made.to_plan, LEAD_TIME
+    assert running is not None  # noqa: S101  (it waits)
     while True:
         began = clock()
-        order = plan_change(swarm, running, name, began, leader, duration, lead)
+        order = plan_change(swarm, running, wanted.formation, began, made.leader, wanted.duration, lead)
         now = clock()
         if 2 * (now - began) <= lead:
             return order._replace(stamp=now)

@@ -124,9 +124,9 @@ class OperatorCore:
         return bool(self._pending)
 
     @property
-    def to_plan(self) -> list[OrderDelivery]:
-        """The pending orders that wait for a planned change of formation (OrderDelivery.to_plan)."""
-        return [one for one in self._pending if one.to_plan is not None]
+    def to_plan(self) -> list[ChangeDelivery]:
+        """The pending orders that wait for a planned change of formation."""
+        return [one for one in self._pending if isinstance(one, ChangeDelivery) and one.to_plan is not None]
 
     def step(self, now: int) -> Iterator[tuple[Key, Message]]:
         """Yield the messages to publish at `now`, a stop first."""

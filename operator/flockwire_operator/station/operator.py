@@ -16,7 +16,7 @@ from typing import TypeVar
 from flockwire_core import clock
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND, nanoseconds
-from flockwire_core.ground.delivery import Answered, OrderDelivery
+from flockwire_core.ground.delivery import Answered, ChangeDelivery
 from flockwire_core.ground.director import GRACE, POLL_PERIOD
 from flockwire_core.ground.operator import OperatorCore
 from flockwire_core.ground.order import Order
@@ -55,7 +55,7 @@ class Operator:
         self.inputs = [session.buffered(key) for key in plan.subscribes[identity] if key.kind != TIME_REPLY]
         self._plan, self._session = plan, session
         self._outer: Core | OperatorCore = outer or self.core
-        self._planning: dict[OrderDelivery, asyncio.Task[None]] = {}
+        self._planning: dict[ChangeDelivery, asyncio.Task[None]] = {}
         self.core.knows_time = self.clock.known()
 
     def poll(self) -> int:
@@ -114,7 +114,7 @@ class Operator:
         await self.run(lambda _: seen() or clock.monotonic() >= deadline or None)
 
 
-async def _answer(swarm: Swarm, made: OrderDelivery) -> None:
+async def _answer(swarm: Swarm, made: ChangeDelivery) -> None:
     try:
         mission = await asyncio.to_thread(plan_order, swarm, made)
     except ValueError as error:  # ChangeRefusedError: it cannot be flown
@@ -125,8 +125,7 @@ async def _answer(swarm: Swarm, made: OrderDelivery) -> None:
         made.planned(mission)
 
 
-def plan_order(swarm: Swarm, made: OrderDelivery) -> Mission:
+def plan_order(swarm: Swarm, made: ChangeDelivery) -> Mission:
     """Return the order for the change that `made` has to plan. Raises ChangeRefusedError."""
-    formation, duration = made.order.formation, made.order.duration
-    order: Mission = load_object(PLAN)(swarm, made.to_plan, formation, clock.now, made.leader, duration)
+    order: Mission = load_object(PLAN)(swarm, made, clock.now)
     return order

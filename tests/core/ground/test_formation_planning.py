@@ -6,9 +6,12 @@ import pytest
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import distance, norm
+from flockwire_core.ground.delivery import ChangeDelivery
 from flockwire_core.ground.formation_planning import LEAD_TIME, ChangeRefusedError, plan_change, plan_in_time
+from flockwire_core.ground.order import Order
 from flockwire_core.pilot.orders import flown_formation
 from flockwire_core.swarm.trajectories import speed_of
+from flockwire_core.wire.plan import Plan
 
 NOW = 1_790_000_100 * SECOND
 RUNNING = Mission(NOW - 30 * SECOND, "world", "start", NOW - 20 * SECOND)
@@ -138,6 +141,8 @@ def test_a_bad_duration_is_refused(swarm, duration):
 
 def test_slow_planning_leaves_time_for_the_order_to_arrive(swarm):
     times = iter([0, 3 * SECOND, 4 * SECOND, 7 * SECOND])
-    order = plan_in_time(swarm, RUNNING, "row", lambda: NOW + next(times), None, None)
+    made = ChangeDelivery(Plan(swarm), Order("formation", "row"), 0, NOW)
+    made.to_plan = RUNNING
+    order = plan_in_time(swarm, made, lambda: NOW + next(times))
     assert order.stamp == NOW + 7 * SECOND
     assert order.change.begin - order.stamp >= 3 * SECOND
