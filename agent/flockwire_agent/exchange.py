@@ -7,8 +7,8 @@ from functools import partial
 from math import inf
 from typing import Any
 
-from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire_core.domain.law_message import Signals
+from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire_core.domain.time import nanoseconds
 from flockwire_core.law import Decision, Heard, Information, Seen
 from flockwire_core.pilot.law_messages import Hearing, LawSender

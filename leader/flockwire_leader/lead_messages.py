@@ -6,9 +6,9 @@ import logging
 from typing import Final
 
 from flockwire_core.control.acceleration_tracker import AccelerationTracker
+from flockwire_core.domain.law_message import Signals
 from flockwire_core.domain.motion import LeaderMotion, Motion
 from flockwire_core.domain.order import Mission
-from flockwire_core.domain.law_message import Signals
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, scale, subtract
 from flockwire_core.follower_law import raised
