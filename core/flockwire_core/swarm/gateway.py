@@ -191,5 +191,5 @@ class Gateway(Model):
     @property
     def table(self) -> Axes:
         """The axes and unit of the source in use."""
-        table = getattr(self, self.source)
+        table = getattr(self, self.source, None)  # simulated cameras have none
         return table if isinstance(table, Axes) else Axes()
