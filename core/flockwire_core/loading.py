@@ -54,13 +54,14 @@ def load_table(path: Path) -> dict[str, object]:
     return table
 
 
-def framed_tables(table: dict[str, Any], within: str = "") -> Iterator[tuple[str, dict[str, Any]]]:
+def framed_tables(table: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
     """Yield the tables of a swarm file that name a file of key frames or of an airframe's figures, with their keys."""
-    for name, inner in table.items():
-        if isinstance(inner, dict) and (within or name in ("formation", "formations", "leader", "airframes")):
-            if "file" in inner and (inner.get("kind") == "key_frames" or within == "airframes."):
-                yield within + name, inner
-            yield from framed_tables(inner, f"{within}{name}.")
+    first = table.get("formation")
+    formations = [("formation", first)] if isinstance(first, dict) else []
+    for key, inner in [*formations, *_tables(table, "formations"), *_trajectories(table)]:
+        if inner.get("kind") == "key_frames" and "file" in inner:
+            yield key, inner
+    yield from ((key, inner) for key, inner in _tables(table, "airframes") if "file" in inner)
 
 
 def parse_swarm(table: dict[str, object], origin: str) -> Swarm:
@@ -92,6 +93,21 @@ def _stages(swarm: Swarm, to_fly: bool) -> Iterator[tuple[Rule, ...]]:
     yield (*formation_rules.LATER, *address_rules.RULES)
     if to_fly:
         yield (law_failures,)
+
+
+def _trajectories(table: dict[str, Any]) -> list[tuple[str, dict[str, Any]]]:
+    """Return the tables of the trajectories of all leaders, and of those with a table of their own."""
+    own = [(key, one) for key, one in _tables(table, "leader") if key.rpartition(".")[2].isdecimal()]
+    leaders = [("leader", table.get("leader")), *own]
+    found = [(f"{key}.trajectory", one.get("trajectory")) for key, one in leaders if isinstance(one, dict)]
+    return [(key, one) for key, one in found if isinstance(one, dict)]
+
+
+def _tables(table: dict[str, Any], key: str) -> list[tuple[str, dict[str, Any]]]:
+    """Return the tables in the table `key`, with their keys."""
+    inner = table.get(key)
+    found = inner.items() if isinstance(inner, dict) else ()
+    return [(f"{key}.{name}", value) for name, value in found if isinstance(value, dict)]
 
 
 def _read_key_frames(swarm_file: Path, key: str, name: str) -> str:

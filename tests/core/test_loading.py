@@ -233,6 +233,15 @@ def test_bad_key_frames_are_refused_in_one_line(key_frames, text, line):
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.parametrize("table", ["leader", "leader.a.trajectory", "formations", "formations.a.b", "airframes"])
+def test_no_file_is_read_where_none_belongs(key_frames, table):
+    path = key_frames(FRAMES)
+    path.write_text(path.read_text() + f'\n[{table}]\nkind = "key_frames"\nfile = "elsewhere.csv"\n')
+    with pytest.raises(SwarmFileError, match=rf"swarm\.toml: {table.split('.')[0]}\.") as refused:
+        load_swarm(path)
+    assert "cannot read it" not in str(refused.value)
+
+
 def test_a_file_name_that_cannot_be_one_is_refused_like_any_bad_value(key_frames):
     with pytest.raises(SwarmFileError, match=r"formation\.file"):
         load_swarm(key_frames(FRAMES, "frames\\u0000.csv"))
