@@ -31,7 +31,7 @@ class Sample:
     """One message on the wire: the `sequence`-th of `publisher`, sent at `sent` (Unix ns).
 
     These three are the attachment of a real sample; nothing forges it here, so it is not encoded. The message itself
-    arrives as it was sent, which takes 20 % off the virtual time; if `sealed`, it arrives as its bytes say.
+    arrives as it was sent, which takes 10 % off the virtual time; if `sealed`, it arrives as its bytes say.
     """
 
     __slots__ = ("_message", "_payload", "_sealed", "publisher", "row", "sent", "sequence")

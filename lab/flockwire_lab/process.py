@@ -9,6 +9,7 @@ from typing import Final
 
 from flockwire_core.compiling import mypyc_attr
 from flockwire_core.domain.law_message import LawMessage, Signals
+from flockwire_core.domain.order import Mission
 from flockwire_core.domain.record import Record
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.cores import Core, Datagram, Networked
@@ -19,6 +20,7 @@ from flockwire_core.wire.inbox import Inbox, publisher_of
 from flockwire_core.wire.keys import ROWS, Key, KeyRow
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.sighting import Sighting
+from flockwire_core.wire.status import Status
 
 from flockwire_lab.faults.faulty_core import FaultyCore
 from flockwire_lab.network import DatagramNetwork, Parcel, Sample, Slot, VirtualLink
@@ -27,7 +29,7 @@ from flockwire_lab.virtual_time import LocalClock, Scheduler
 
 UNREAD = 256  # datagrams in the socket of a frozen process
 POLL = SECOND // 50  # ns between two checks for swarm time
-SEALED = (LawMessage, Sighting, Signals)  # what users' laws fill, and what keeps to their information
+SEALED = (LawMessage, Sighting, Signals, Mission, Status)  # users' laws fill them, or their bytes do not hold all
 
 
 @mypyc_attr(acyclic=True)

@@ -273,6 +273,22 @@ def test_a_drone_whose_law_raises_in_flight_holds_its_place_and_reports_why(
     assert flown.outcome.failure == ""
 
 
+class FailingAtLength(ExtendedLaw):
+    """Fails with more text than a status holds."""
+
+    def step(self, seen: Observation) -> Decision:
+        if seen.place is not None and seen.t > 2.0:
+            raise ArithmeticError("no way " * 100)
+        return super().step(seen)
+
+
+def test_a_long_text_arrives_as_its_bytes_say(fly: Fly, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "my_failing_law", sys.modules[__name__])
+    flown = fly({"control.law": "my_failing_law:FailingAtLength"}, duration=6.0)
+    assert any("no way" in why and why.endswith("...") for _, _, why in flown.phases("uav4"))
+    assert flown.differing() == {}
+
+
 def test_what_is_received_is_what_its_bytes_say(plain) -> None:
     """In virtual time messages arrive as they were sent, which is no difference."""
     assert plain.differing() == {}
