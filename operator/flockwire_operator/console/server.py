@@ -20,6 +20,7 @@ from typing import Any
 from aiohttp import WSMsgType, web
 from flockwire_analysis.view import SCRIPTS, filled, joined, outline
 from flockwire_core import clock
+from flockwire_core.domain.time import nanoseconds
 from flockwire_core.ground.order import Answer, Order
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import CONSOLE
@@ -158,14 +159,15 @@ class Pages:
 
 
 async def _repeated(work: Callable[[], Awaitable[object]], failure: str) -> None:
-    """Repeat `work` after each PERIOD; log a failure once."""
+    """Repeat `work` after each PERIOD; log a failure once, and again if it comes back."""
     failed = ""
     while True:
+        began = clock.monotonic()
         try:
             await work()
             failed = ""
         except Exception as error:
-            if repr(error) != failed:
+            if repr(error) != failed or clock.monotonic() - began > nanoseconds(PERIOD):  # it went well for a while
                 logging.getLogger(CONSOLE.kind).exception(failure)
             failed = repr(error)
         await asyncio.sleep(PERIOD)

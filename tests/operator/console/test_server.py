@@ -182,6 +182,21 @@ def test_the_page_keeps_to_its_own_policy(swarm):
     assert "img-src 'self' data:" in policy
 
 
+def test_a_failure_that_comes_back_is_logged_again(caplog):
+    async def work():
+        calls.append(len(calls))
+        if len(calls) == 3:
+            await asyncio.sleep(2 * server.PERIOD)
+        if len(calls) > 3:
+            raise asyncio.CancelledError
+        raise ValueError("again")
+
+    calls = []
+    with pytest.raises(asyncio.CancelledError):
+        asyncio.run(server._repeated(work, "cannot work"))
+    assert [record.message for record in caplog.records] == ["cannot work"] * 2
+
+
 @pytest.mark.parametrize("rest", [b"no header", b"A: " + b"x" * 20000, b"Content-Length: -1"])
 def test_a_request_that_is_not_http_is_dropped_and_counted(swarm, rest, capsys, caplog):
     async def run():
