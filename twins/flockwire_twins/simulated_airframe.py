@@ -1,11 +1,12 @@
-"""What the core of all simulated airframes needs of one with a driver; one without is a SimulatedDrone."""
+"""What the core of all simulated airframes needs of one: the interface of the airframe table's `simulated`."""
 
 from __future__ import annotations
 
 from typing import NamedTuple, Protocol
 
+from flockwire_core.domain.airframe import Telemetry
 from flockwire_core.domain.pose import Quaternion
-from flockwire_core.domain.vector import Vector
+from flockwire_core.domain.vector import ZERO, Vector
 from flockwire_core.process.cores import Address, Datagram
 
 from flockwire_twins.wind import Wind
@@ -35,8 +36,21 @@ class Body(Protocol):
         """Set the wind from now on."""
 
 
-class Served(Protocol):
-    """A simulated airframe with a driver: they exchange datagrams, it at its own address. Times are Unix ns."""
+class WearingBody(Body, Protocol):
+    """A body that may be worn, and tells of it."""
+
+    failure: str  # why it stopped its motors by itself, empty if it did not
+
+    @property
+    def remark(self) -> str:
+        """What is at its limit."""
+
+    def wear(self, wear: Wear) -> None:
+        """Set what is wrong with it, if its row `wears`."""
+
+
+class SimulatedAirframe(Protocol):
+    """One simulated airframe; times are Unix ns."""
 
     @property
     def airframe(self) -> Body:
@@ -48,6 +62,27 @@ class Served(Protocol):
 
     def advance(self, now: int) -> None:
         """Advance to `now`."""
+
+
+class Commanded(SimulatedAirframe, Protocol):
+    """An airframe whose row has no driver: it obeys commands itself."""
+
+    @property
+    def airframe(self) -> WearingBody:
+        """What flies."""
+
+    clipped: int  # commands that were too fast
+    land_at: int | None  # time of its own landing
+
+    def command(self, velocity: Vector, now: int, yaw_rate: float = 0.0, acceleration: Vector = ZERO) -> None:
+        """Receive a commanded velocity, m/s, world frame, a yaw rate, rad/s, and an acceleration, m/s^2."""
+
+    def telemetry(self, now: int, frame: str) -> Telemetry:
+        """Return its telemetry, in the world frame `frame`."""
+
+
+class Served(SimulatedAirframe, Protocol):
+    """An airframe whose row has a driver: it exchanges datagrams with the driver, at its own address."""
 
     @property
     def address(self) -> Address:

@@ -22,8 +22,7 @@ from flockwire_core.wire.keys import MISSION, STOP, Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import MOTORS_OFF, Reason, Report
 
-from flockwire_twins.kinematics.drone import SimulatedDrone
-from flockwire_twins.simulated_airframe import Served, Wear
+from flockwire_twins.simulated_airframe import Commanded, Served, SimulatedAirframe, Wear
 from flockwire_twins.wind import Wind
 
 
@@ -45,9 +44,9 @@ class KinematicsCore:
 
     def __init__(self, swarm: Swarm, now: int, chance: Callable[[], float] = lambda: 0.5) -> None:
         simulated, driven = set(swarm.simulated), set(swarm.driven)
-        self._commanded: dict[str, SimulatedDrone] = _stand(swarm, simulated - driven, now, chance)
+        self._commanded: dict[str, Commanded] = _stand(swarm, simulated - driven, now, chance)
         served: dict[str, Served] = _stand(swarm, simulated & driven, now, chance)
-        self._airframes: dict[str, SimulatedDrone | Served] = {**self._commanded, **served}
+        self._airframes: dict[str, SimulatedAirframe] = {**self._commanded, **served}
         self._served = {one.address: one for one in served.values()}
         self.triggers: frozenset[Key] = frozenset()
         commands = (Key("command", owner) for owner in self._commanded)
