@@ -30,7 +30,7 @@ _READ = (  # what is not read tells of the others
 )  # fmt: skip
 RETIRED = "/bids"  # topics of earlier traces: statuses tell the same
 LARGEST_CHUNK = 64 << 20  # bytes without compression: a small file may claim any size
-_DAMAGE = (McapError, ValueError, struct.error, zlib.error, zstandard.ZstdError)
+_DAMAGE = (McapError, ValueError, OverflowError, struct.error, zlib.error, zstandard.ZstdError)
 
 
 class WholeRecords:

@@ -1,6 +1,7 @@
 """A trace that was cut off anywhere can be read, and made whole."""
 
 import os
+import struct
 import tracemalloc
 
 import pytest
@@ -108,6 +109,15 @@ def test_zeros_after_a_power_cut_end_the_trace(whole, work):
     broken.write_bytes(whole.read_bytes()[:30_000] + bytes(50_000))
     assert recover(broken, work / "rest.mcap")
     assert read(broken).lost_bytes > 49_000
+
+
+def test_an_attachment_of_a_length_that_no_file_has_is_left_out(whole, work):
+    attachment = struct.pack("<BQQQIIQ", Opcode.ATTACHMENT, 32, 0, 0, 0, 0, 2**64 - 1)
+    broken, data = work / "broken.mcap", whole.read_bytes()
+    end = data.rindex(struct.pack("<BQ", Opcode.DATA_END, 4))
+    broken.write_bytes(data[:end] + attachment + data[end:])
+    assert recover(broken, work / "rest.mcap") == len(messages(whole))
+    assert (read(broken).lost_bytes, read(broken).closed) == (len(attachment), True)
 
 
 def test_a_file_that_is_not_a_trace_is_refused(work, whole):
