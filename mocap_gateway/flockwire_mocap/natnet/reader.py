@@ -63,8 +63,13 @@ class PacketReader:
             elif isinstance(field, str):
                 self.text()
             else:
-                for _ in range(self.count(1)):
-                    self.pass_over(field)
+                least = sum(part if isinstance(part, int) else 1 if isinstance(part, str) else 4 for part in field)
+                count = self.count(least)
+                if field == (least,):  # markers, of which there may be hundreds
+                    self.skip(count * least)
+                else:
+                    for _ in range(count):
+                        self.pass_over(field)
 
     def text(self) -> str:
         """Read text up to its NUL; what is not UTF-8 is replaced."""

@@ -182,3 +182,8 @@ def test_responses_and_what_is_not_for_us():
 @pytest.mark.parametrize("data", [b"", b"\x07", b"\x07\0\x01\0", b"\x01\0\x04\0abcd"])
 def test_what_is_too_short_is_rejected(data):
     assert isinstance(parse(data, (4, 1)), Rejected)
+
+
+def test_more_markers_than_there_are_bytes_are_refused_before_any_is_read():
+    wrong = packet(7, pack("<iii", 4242, 0, 60_000) + bytes(60_000))
+    assert parse(wrong, (3, 1)) == Rejected("60000 elements are announced, 60000 bytes are left")
