@@ -1,9 +1,11 @@
 import pytest
-from flockwire_core.domain.airframe import Command, FlightState
+from flockwire_core.domain.airframe import Command, FlightState, Telemetry
 from flockwire_core.domain.order import Stop
+from flockwire_core.domain.pose import LEVEL
 from flockwire_core.domain.time import SECOND
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.keys import STOP, Key
+from flockwire_twins.kinematics import core as kinematics
 from flockwire_twins.kinematics.core import KinematicsCore
 
 BEGAN = 1_790_000_000 * SECOND
@@ -147,3 +149,33 @@ def test_the_battery_drains_in_flight(world):
 
 def test_it_reports_how_many_fly(flying):
     assert flying.core.report(flying.now).detail == "1 of 5 in flight"
+
+
+class Balloon:
+    """An own airframe, which no one compiles: it has no driver, is its own body, and only rises."""
+
+    orientation, failure, remark, clipped, land_at, in_the_air = LEVEL, "", "", 0, None, False
+
+    def __init__(self, swarm, number, now, chance):
+        self.airframe, self.position = self, swarm.drone(number).start
+
+    def blow(self, wind):
+        pass
+
+    def command(self, velocity, now, yaw_rate, acceleration):
+        self.position = (0.0, 0.0, self.position[2] + velocity[2] / 100)
+
+    def advance(self, now):
+        pass
+
+    def telemetry(self, now, frame):
+        return Telemetry(now, frame, FlightState.FLYING, 1.0, self.position[2], 0.0)
+
+
+def test_an_own_airframe_without_a_driver_obeys_commands(world, monkeypatch):
+    monkeypatch.setattr(kinematics, "load_object", lambda _: Balloon)
+    found = world()
+    found.velocity = (0.0, 0.0, 1.0)
+    found.run(1.0)
+    assert found.position == pytest.approx((0.0, 0.0, 1.0))
+    assert found.telemetry.height > 0.9
