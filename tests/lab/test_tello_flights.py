@@ -83,3 +83,9 @@ def test_tellos_take_off_and_land_however_slow_the_limits_let_them(fly: Fly, slo
         states = [message.state for _, message in flown.of("telemetry", identity)]
         assert FlightState.FLYING in states
         assert states[-1] is FlightState.GROUNDED
+
+
+def test_faults_of_airframes_count_from_the_take_off_of_tellos_alone(fly: Fly) -> None:
+    tellos = {f"drones.{i}.airframe": "tello" for i in range(5)}
+    flown = fly(tellos, {"at": 8.0, "kind": "failure", "drone": 2}, duration=12.0)
+    assert "uav2" in flown.outcome.failure

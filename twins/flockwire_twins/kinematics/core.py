@@ -67,6 +67,11 @@ class KinematicsCore:
         self._blow(swarm.wind)
 
     @property
+    def flies(self) -> bool:
+        """Whether any airframe is in the air; faults of driven ones count from then on (faults/faulty_core.py)."""
+        return any(airframe.in_the_air for airframe in self._airframes.values())
+
+    @property
     def conditions(self) -> AirframeConditions:
         """The present conditions of the airframes."""
         return self._conditions
@@ -135,8 +140,7 @@ class KinematicsCore:
     def may_end(self, now: int) -> bool:
         """Return whether every drone has stood on the ground for a second."""
         # Checked now: this process may have been frozen since its last step.
-        flies = any(airframe.in_the_air for airframe in self._airframes.values())
-        return not flies and now - self._flew >= self._settled
+        return not self.flies and now - self._flew >= self._settled
 
     def report(self, now: int) -> Report:
         """Return the status of the drones."""
