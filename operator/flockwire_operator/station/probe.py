@@ -7,15 +7,17 @@ drops and counts, so the statuses show which process accepted them.
 
 from __future__ import annotations
 
+import asyncio
 import json
 import tempfile
-from collections.abc import AsyncIterator, Callable, Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from datetime import timedelta
 from pathlib import Path
 
 from flockwire_core import clock
-from flockwire_core.domain.time import SECOND
+from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground.order import Order
 from flockwire_core.runtime.session import RouterAbsentError, Session
 from flockwire_core.security.files import files_of
@@ -24,7 +26,7 @@ from flockwire_core.wire.keys import Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import OPERATOR
-from flockwire_lab.probe.attackers import MODES, Attack, Attacker
+from flockwire_lab.probe.attackers import MODES, POLL, Attack, Attacker
 from flockwire_lab.probe.matrix import OUTSIDERS, AttackResult, Deviation, as_json, deviations, draw
 
 from flockwire_operator.station.host import Host
@@ -53,7 +55,7 @@ def attackers(plan: Plan, keys: Path, scratch: Path) -> Iterator[tuple[Attacker,
         yield tuple(Attacker(name, credentials, mode) for mode in MODES)
 
 
-async def probe(
+def probe(
     plan: Plan, keys: Path, operator: Operator, show: Callable[[str], None], advance: Show = lambda *_: None
 ) -> tuple[list[AttackResult], list[Deviation]]:
     """Attack the swarm that `operator` watches; returns the results and their deviations from the rules.
@@ -70,7 +72,7 @@ async def probe(
     with tempfile.TemporaryDirectory() as scratch:
         for count, group in enumerate(attackers(plan, keys, Path(scratch))):
             advance(f"attacks as {group[0].identity}", count)
-            observed, new = await _look(plan, keys, group, operator)
+            observed, new = _look(plan, keys, group, operator)
             observations += observed
             found += new
             for deviation in new:
@@ -90,13 +92,14 @@ async def run(plan: Plan, swarm_file: Path, keys: Path, out: Path) -> list[Devia
     host = Host(plan, swarm_file, next(iter(plan.swarm.hosts)), out, keys)
     async with started(host, () if runs else plan.started, OPERATOR.kind, Interrupts()) as (_, session):
         operator = Operator(plan, session)
-        for line in await _await_all(plan, operator):
+        operator.poll()  # its clock is corrected in this loop, not in the threads' loops
+        for line in await asyncio.to_thread(_await_all, plan, operator):
             print(f"flockwire: note: {line}")
         if not runs:  # an order without effect on the ground, for the gateway to repeat
             operator.ask(Order("land"))
         began = clock.monotonic()
         with progress("probe", len(OUTSIDERS) + len(plan.identities)) as advance:
-            observations, found = await probe(plan, keys, operator, print, advance)
+            observations, found = await asyncio.to_thread(probe, plan, keys, operator, print, advance)
         write(plan, observations, found, (clock.monotonic() - began) / SECOND, out)
         return found
 
@@ -110,20 +113,23 @@ async def _runs(plan: Plan, keys: Path) -> bool:
         return False
     with session:
         operator = Operator(plan, session)
-        await operator.watch(answer_time, lambda: bool(operator.statuses))
+        operator.poll()
+        await asyncio.to_thread(_watch, operator, answer_time)
         return bool(operator.statuses)
 
 
-async def _await_all(plan: Plan, operator: Operator) -> list[str]:
+def _await_all(plan: Plan, operator: Operator) -> list[str]:
     """Wait until the whole swarm runs and exchanges its messages; returns what is missing after 10 s."""
-
-    def missing() -> list[str]:
-        reports = {name: operator.statuses[name].report for name in _alive(operator)}
-        waiting = [name for name in plan.started if name not in reports or reports[name].phase in WAITING]
-        return [f"{name}: {(name in reports and reports[name].line) or 'does not answer'}" for name in waiting]
-
-    await operator.watch(10.0, lambda: not missing())
-    return missing()
+    wanted = plan.started
+    deadline = clock.monotonic() + nanoseconds(10.0)
+    while clock.monotonic() < deadline:
+        alive = _alive(operator)
+        waiting = [i for i in wanted if i not in alive or operator.statuses[i].report.phase in WAITING]
+        if not waiting:
+            return []
+        time.sleep(POLL)
+    details = {name: operator.statuses[name].report.line for name in _alive(operator)}
+    return [f"{name}: {details.get(name) or 'does not answer'}" for name in waiting]
 
 
 def write(plan: Plan, observations: list[AttackResult], found: list[Deviation], seconds: float, out: Path) -> None:
@@ -139,13 +145,13 @@ def write(plan: Plan, observations: list[AttackResult], found: list[Deviation], 
     )
 
 
-async def _look(
+def _look(
     plan: Plan, keys: Path, group: tuple[Attacker, ...], operator: Operator
 ) -> tuple[list[AttackResult], list[Deviation]]:
     """Attack until nothing is blocked, three times at most; returns the results and their deviations."""
     alive, observed, found = _alive(operator), list[AttackResult](), list[Deviation]()
     for patience in (1, 4, 4):  # times as long: a busy machine is not a refusal
-        seen = [result async for result in _attack(plan, keys, group, operator, patience)]
+        seen = list(_attack(plan, keys, group, operator, patience))
         observed = [first | second for first, second in zip(observed or seen, seen, strict=True)]
         living = alive & _alive(operator)
         found = [deviation for one in observed for deviation in deviations(plan, one, living)]
@@ -154,9 +160,9 @@ async def _look(
     return observed, found
 
 
-async def _attack(
+def _attack(
     plan: Plan, keys: Path, group: tuple[Attacker, ...], operator: Operator, patience: int
-) -> AsyncIterator[AttackResult]:
+) -> Iterator[AttackResult]:
     """Receive in all modes at once, but publish in one after the other, to know the publisher."""
     receiving = 0.6  # s, longer than the gateway takes to repeat an order
     settling = 0.3  # s, longer than two statuses take
@@ -165,14 +171,21 @@ async def _attack(
         links = [attack.link() for attack in attacks]
         for attack in attacks:
             attack.subscribe()
-        await operator.watch(patience * receiving)
+        _watch(operator, patience * receiving)
         for attacker, attack, linked in zip(group, attacks, links, strict=True):
             before = _accepted(plan, operator)
             attack.forge()
-            await operator.watch(patience * settling)
+            _watch(operator, patience * settling)
             after = _accepted(plan, operator)
             published = frozenset(cell for cell, count in after.items() if count > before.get(cell, 0))
             yield AttackResult(attacker.identity, attacker.mode, frozenset(attack.keys_received()), published, linked)
+
+
+def _watch(operator: Operator, seconds: float) -> None:
+    deadline = clock.monotonic() + nanoseconds(seconds)
+    while clock.monotonic() < deadline:
+        operator.poll()
+        time.sleep(POLL)
 
 
 def _alive(operator: Operator) -> frozenset[str]:

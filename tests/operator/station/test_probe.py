@@ -17,7 +17,7 @@ def test_what_is_blocked_is_looked_at_again(make_plan, monkeypatch, tmp_path, ar
     swarm, seen = SimulatedSwarm(make_plan()), []
     plan, nothing = swarm.plan, frozenset()
 
-    async def attack(plan, keys, group, operator, patience):
+    def attack(plan, keys, group, operator, patience):
         seen.append(patience)
         late = len(seen) >= arrives
         received, published = receivable(plan, "uav1"), publishable(plan, "uav1")
@@ -28,7 +28,7 @@ def test_what_is_blocked_is_looked_at_again(make_plan, monkeypatch, tmp_path, ar
     monkeypatch.setattr(probe, "_alive", lambda _: frozenset(plan.started))
 
     async def attacked():
-        return await probe.probe(plan, tmp_path, Operator(plan, swarm), lambda _: None)
+        return probe.probe(plan, tmp_path, Operator(plan, swarm), lambda _: None)
 
     observations, found = asyncio.run(attacked())
     assert seen == looks

@@ -75,16 +75,11 @@ def test_a_virtual_flight_shows_each_second(make_plan, monkeypatch, capsys):
 def test_a_probe_shows_who_attacks(make_plan, monkeypatch, tmp_path):
     swarm, seen = SimulatedSwarm(make_plan()), []
     monkeypatch.setattr(probe, "attackers", lambda *_: iter([(Attacker(name, None, "peer"),) for name in ("a", "b")]))
-
-    async def nothing(*_):
-        for result in ():
-            yield result
-
-    monkeypatch.setattr(probe, "_attack", nothing)
+    monkeypatch.setattr(probe, "_attack", lambda *_: iter(()))
 
     async def attack():
         operator = Operator(swarm.plan, swarm)
-        return await probe.probe(swarm.plan, tmp_path, operator, print, lambda *now: seen.append(now))
+        return probe.probe(swarm.plan, tmp_path, operator, print, lambda *now: seen.append(now))
 
     asyncio.run(attack())
     assert seen == [("attacks as a", 0), ("attacks as b", 1)]
