@@ -110,7 +110,7 @@ class Attack:
 
     def keys_received(self) -> set[Key]:
         """Return the swarm's keys on which data of others arrived, by sample or by answer."""
-        return {self._keys[text] for text in self._received if text in self._keys}
+        return {self._keys[text] for text in self._received.copy() if text in self._keys}
 
     def _receive(self, sample: zenoh.Sample) -> None:
         """Record a sample, unless it is this attacker's own."""
