@@ -10,7 +10,7 @@ from flockwire_core.domain.time import nanoseconds
 from flockwire_core.wire.plan import Plan
 
 from flockwire_lab.faults.file import parse_faults
-from flockwire_lab.faults.kinds import ClockStep, Fault, Freeze, Kill, LinkChange, Restart, directions
+from flockwire_lab.faults.kinds import ClockStep, Fault, Freeze, Kill, LinkChange, Restart
 from flockwire_lab.network import Conditions, VirtualLink
 from flockwire_lab.process import VirtualProcess
 from flockwire_lab.virtual_time import Action, Scheduler
@@ -41,13 +41,8 @@ class FaultInjector:
         links: Mapping[tuple[str, str], VirtualLink],
     ) -> None:
         self.took_off: int | None = None  # Unix ns
-        self._faults, self._plan, self._scheduler, self._processes, self._links = (
-            faults,
-            plan,
-            scheduler,
-            processes,
-            links,
-        )
+        self._faults, self._plan, self._scheduler = faults, plan, scheduler
+        self._processes, self._links = processes, links
 
     def begin(self) -> None:
         """Set time 0 to the current time."""
@@ -77,7 +72,7 @@ class FaultInjector:
         by: Conditions | None = None
         if isinstance(fault, LinkChange):
             by = Conditions(fault.delay, fault.jitter, fault.loss, fault.reordering)
-        for ends in directions(fault, self._plan):
+        for ends in fault.directions(self._plan):
             if (link := self._links.get(ends)) is not None:  # between partners messages may go one way alone
                 link.disturb(by)
                 self._after(fault.lasts, link.restore, by)

@@ -73,6 +73,10 @@ class FaultKind(Model):
         """Yield the other keys that are wrong for a swarm, each with its value and the rule."""
         yield from ()
 
+    def directions(self, plan: Plan) -> Iterator[tuple[str, str]]:
+        """Yield the directed links (from, to) that it changes; recorder and operators always receive everything."""
+        yield from ()
+
     @property
     def subject(self) -> str:
         """What it acts on, in words."""
@@ -143,6 +147,9 @@ class _LinkFault(FaultKind):
         if self.target not in subscribers and self.target in known:
             yield "to", f"{self.target!r}: receives nothing from {self.source}; must be one of {', '.join(subscribers)}"
 
+    def directions(self, plan: Plan) -> Iterator[tuple[str, str]]:
+        yield self.source, self.target
+
 
 class Cut(_LinkFault):
     """Nothing that `from` publishes reaches `to`; the other direction is open.
@@ -173,20 +180,15 @@ class Partition(FaultKind):
     processes: Annotated[Items[str], Field(min_length=1)]
     duration: Positive
 
-
-LinkFault = Cut | LinkChange | Partition
-
-
-def directions(fault: FaultKind, plan: Plan) -> Iterator[tuple[str, str]]:
-    """Yield the directed links (from, to) that `fault` changes; recorder and operators always receive everything."""
-    if isinstance(fault, Cut | LinkChange):
-        yield fault.source, fault.target
-    elif isinstance(fault, Partition):
-        inside, known = set(fault.processes), targets(plan)
+    def directions(self, plan: Plan) -> Iterator[tuple[str, str]]:
+        inside, known = set(self.processes), targets(plan)
         for source in known:
             for target in plan.partners[source]:
                 if (source in inside) != (target in inside) and target in known:
                     yield source, target
+
+
+LinkFault = Cut | LinkChange | Partition
 
 
 class _DroneFault(FaultKind):

@@ -8,7 +8,7 @@ from typing import Self
 from flockwire_core.runtime.job import detour_environment
 from flockwire_core.wire.plan import Plan
 
-from flockwire_lab.faults.kinds import Fault, LinkChange, LinkFault, directions
+from flockwire_lab.faults.kinds import Fault, LinkChange, LinkFault
 from flockwire_lab.network import Conditions
 from flockwire_lab.relay.direction import Direction
 from flockwire_lab.relay.relay import Relay
@@ -31,7 +31,7 @@ def refusals(key: str, fault: LinkFault, plan: Plan, host: str) -> Iterator[str]
                     f"{key}.{name} = {share:g}: must be 0 in a real flight, whose links are TCP: bytes come late, but "
                     "all and in order"
                 )
-    for source, target in directions(fault, plan):
+    for source, target in fault.directions(plan):
         dialler, listener = _ends(source, target, plan)
         if plan.hosts[dialler] != host:
             yield (
@@ -50,7 +50,7 @@ class Relays:
         self._relays: dict[tuple[str, str], Relay] = {}
         self._directions: dict[tuple[str, str], Direction] = {}
         for fault in faults:
-            for source, target in directions(fault, plan):
+            for source, target in fault.directions(plan):
                 dialler, listener = _ends(source, target, plan)
                 if (dialler, listener) not in self._relays:
                     address, _, port = plan.endpoints[listener].rpartition(":")
@@ -75,7 +75,7 @@ class Relays:
     def inject(self, fault: LinkFault) -> Undo:
         """Inject `fault`; returns a function that ends it."""
         by = Conditions(fault.delay, fault.jitter) if isinstance(fault, LinkChange) else None
-        changed = [self._directions[ends] for ends in directions(fault, self._plan)]
+        changed = [self._directions[ends] for ends in fault.directions(self._plan)]
         for direction in changed:
             direction.disturb(by)
 

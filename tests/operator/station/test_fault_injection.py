@@ -6,7 +6,6 @@ from types import SimpleNamespace
 import pytest
 from flockwire_core.runtime.job import read_detours
 from flockwire_lab.faults.file import parse_faults
-from flockwire_lab.faults.kinds import directions
 from flockwire_lab.relay.links import Relays
 from flockwire_operator.station.fault_injection import FaultInjector, unable
 from flockwire_operator.station.host import Host
@@ -117,7 +116,7 @@ def test_of_several_hosts_each_injects_what_it_can_and_refuses_the_rest(make_pla
 def test_a_partition_cuts_both_directions_and_nobody_from_recorder_and_operator(make_plan):
     plan = make_plan()
     (partition,) = read(plan, PART)
-    parted = set(directions(partition, plan))
+    parted = set(partition.directions(plan))
     outside = {("uav2", "uav3")} | {(other, uav) for other in ("gateway", "kinematics") for uav in ("uav3", "uav4")}
     assert parted == outside | {(target, source) for source, target in outside}
 
@@ -149,7 +148,7 @@ def test_links_break_and_recover_when_the_faults_say(make_plan):
         cut = {ends for ends, direction in relays._directions.items() if not direction.passable}
         slow = {ends for ends, direction in relays._directions.items() if direction.arrival(0.0, 0.0) > 0.0}
         seen.append((cut, slow))
-    parted = set(directions(faults[2], plan))
+    parted = set(faults[2].directions(plan))
     assert seen == [
         (set(), set()),
         ({("uav1", "uav2")}, set()),
