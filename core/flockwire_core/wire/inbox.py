@@ -175,7 +175,14 @@ def shifted(message: Message, by: int) -> Message:
 
 def rejections(named: Iterable[tuple[str, Inbox]]) -> Counts:
     """Return the counts of rejected messages of inboxes, each with its key as text, by key and reason."""
-    return tuple([(f"{name} {why}", n) for name, inbox in named if inbox.rejected for why, n in inbox.rejected.items()])
+    return tuple(
+        [
+            (f"{name} {reason}", count)
+            for name, inbox in named
+            if inbox.rejected
+            for reason, count in inbox.rejected.items()
+        ]
+    )
 
 
 class Input(ABC):
