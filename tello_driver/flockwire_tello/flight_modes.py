@@ -165,7 +165,7 @@ class FlightModes:
                 self._client.send("takeoff", now)
             case Mode.TAKING_OFF if airborne and lasted > 6 * SECOND:  # the reply was lost
                 self._go(Mode.FLYING, now)
-            case Mode.TAKING_OFF if not airborne and lasted > 3 * SECOND:  # its datagram was lost
+            case Mode.TAKING_OFF if lasted > 3 * SECOND and self._monitor.down(now):  # its datagram was lost
                 self._go(Mode.GROUNDED, now)
                 self._client.give_up("takeoff", now)
 

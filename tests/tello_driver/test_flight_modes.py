@@ -52,3 +52,16 @@ def test_a_driver_that_starts_finds_a_drone_on_the_ground_whose_motors_never_ran
             monitor.update(standing, tenth * TENTH)
             modes.update(0.0, tenth * TENTH)
             assert modes.state is (FlightState.GROUNDED if tenth >= after - 1 else None)
+
+
+def test_a_take_off_is_not_taken_for_lost_before_the_motors_are_watched_again_after_a_gap() -> None:
+    modes, monitor = begun()
+    seen = set()
+    for tenth in range(60):
+        if tenth < 25 or tenth >= 48:  # then its simulation stood still with it, and goes on
+            low = STANDING._replace(h=10, tof=13, time=2 + max(0, tenth - 48) // 10)
+            monitor.update(STANDING if tenth < 20 else low, tenth * TENTH)
+        modes.update(0.7, tenth * TENTH)
+        if tenth >= 20:
+            seen.add(modes.state)
+    assert seen == {FlightState.FLYING}
