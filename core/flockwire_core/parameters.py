@@ -76,6 +76,7 @@ def guard_parameters(swarm: Swarm, number: int) -> GuardParameters:
         slowness=airframe.lag + airframe.dead_time,
         period=1.0 / swarm.control.rate_hz,
         sight=avoidance.sensing_radius if avoidance.sensing == "nearby" else inf,
+        unheard=limits.staleness.command_zero,
     )
 
 

@@ -126,3 +126,12 @@ def test_a_drone_with_old_poses_holds_and_is_safe(fly: Fly) -> None:
     told = [(phase, why) for i in (1, 2, 3, 4) for _, phase, why in flown.phases(f"uav{i}")]
     assert ("hold", "own pose is stale") in told
     assert_safe(flown)
+
+
+@pytest.mark.parametrize("at", [1.6, 1.8, 2.0, 2.2, 2.4, 2.6])  # s from the order to take off: all are on their ways
+@pytest.mark.parametrize("command_zero", [0.2, 0.5])
+def test_drones_that_hear_nothing_any_more_stop_in_time(command_zero: float, at: float, fly: Fly) -> None:
+    silence = {"at": at, "kind": "partition", "processes": ["kinematics"], "duration": 5.0}
+    flown = fly(SWARM | {"limits.staleness.command_zero": command_zero}, silence, seed=148, duration=3.0)
+    print(kept(flown))
+    assert kept(flown).closest >= 0.25

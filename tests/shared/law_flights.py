@@ -18,7 +18,7 @@ START = 1_790_000_000 * SECOND
 def settings(number=1, dt=0.01, lag=0.0, **parameters):
     """Return the settings of a law, without those of the built-in ones."""
     others = dict.fromkeys(LawSettings._fields)
-    guard = GuardParameters(Separation(0.4, 0.3), ROOM, 0.0, 9.0, 9.0, 9.0, 5.0, lag, dt, inf)
+    guard = GuardParameters(Separation(0.4, 0.3), ROOM, 0.0, 9.0, 9.0, 9.0, 5.0, lag, dt, inf, 0.2)
     own = {
         "guard": guard,
         "number": number,

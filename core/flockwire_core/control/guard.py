@@ -43,11 +43,12 @@ class GuardParameters(Frozen):
     slowness: float  # s, lag and dead time of the airframe
     period: float  # s, between two commands
     sight: float  # m, within which bodies are sensed; inf without sensing
+    unheard: float  # s without a command after which the driver stops the drone
 
     @property
     def rate(self) -> float:
         """The barrier's rate alpha, 1/s, that suits the airframe."""
-        return min(self.barrier_rate, 1.0 / (self.slowness + BARRIER_PERIODS * self.period))
+        return min(self.barrier_rate, 1.0 / max(self.slowness + BARRIER_PERIODS * self.period, self.unheard))
 
     @property
     def fastest(self) -> float:
@@ -60,8 +61,12 @@ class GuardParameters(Frozen):
         return STOPPING_DISTANCE_FACTOR * self.slowness + 3.0 * self.period
 
     def sight_speed(self, age: float) -> float:
-        """Return the speed, m/s, at which two drones still stop in time if their data is `age` s old."""
-        return sight_speed(self.sight, self.separation.drone, self.delay + age, self.acceleration)
+        """Return the speed, m/s, at which two drones still stop in time if their data is `age` s old.
+
+        So they do if no command reaches them any more: each flies on for `unheard`.
+        """
+        seen = sight_speed(self.sight, self.separation.drone, self.delay + age, self.acceleration)
+        return min(seen, (self.sight - self.separation.drone) / (2.0 * self.unheard))
 
 
 class Guard:

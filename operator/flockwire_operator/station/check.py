@@ -244,7 +244,8 @@ def _sight_warnings(swarm: Swarm) -> Iterator[str]:
     for name, number in _kinds(swarm):
         guard, needed = guard_parameters(swarm, number), survey_of(swarm).max_speed + leader_speed(swarm)
         if guard.fastest < min(needed, guard.speed):
-            radius = guard.separation.drone + 2.0 * needed * guard.delay + needed * needed / guard.acceleration
+            braking = 2.0 * needed * guard.delay + needed * needed / guard.acceleration
+            radius = guard.separation.drone + max(braking, 2.0 * needed * guard.unheard)
             yield (
                 f"avoidance.sensing_radius = {guard.sight:g} m lets airframe {name} fly {guard.fastest:.2f} m/s and "
                 f"stop in time, formation and leader need {needed:.2f} m/s; {ceil(10.0 * radius) / 10.0:g} m or more "

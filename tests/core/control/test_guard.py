@@ -16,10 +16,10 @@ def test_a_drone_that_cannot_keep_clear_is_no_faster_anyway(make_swarm):
     """A body comes from behind at 5 m/s: no velocity within the limits gets out of its way."""
     swarm = make_swarm({"control.law": "extended"})
     parameters = guard_parameters(swarm, 1)
-    filtered, last = Guard(parameters), (2.9, 0.0, 0.0)
+    filtered, last = Guard(parameters), (2.6, 0.0, 0.0)
     for step in range(1, 30):
         at = step * SECOND // 100
-        x, behind = 0.029 * step, Body(BodyKind.DRONE, (0.021 * step - 1.0, 0.0, 0.0), 0.0)
+        x, behind = 0.026 * step, Body(BodyKind.DRONE, (0.024 * step - 1.0, 0.0, 0.0), 0.0)
         motion = Motion((x, 0.0, 1.0), last, (x, 0.0, 1.0))
         bodies = filtered.tracked(motion, (behind,), at)
         last = filtered.velocity((3.0, 0.0, 0.0), motion, bodies, at, at, last, 0.01, 3.0, False)

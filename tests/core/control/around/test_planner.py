@@ -26,6 +26,7 @@ GUARD = GuardParameters(
     slowness=0.0,
     period=0.02,
     sight=1.5,
+    unheard=0.2,
 )
 K, DT = 3.0, 0.02
 
