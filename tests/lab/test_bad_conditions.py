@@ -128,6 +128,17 @@ def test_a_drone_with_old_poses_holds_and_is_safe(fly: Fly) -> None:
     assert_safe(flown)
 
 
+def test_a_network_that_loses_a_third_is_no_reason_to_doubt_the_tracker(fly: Fly) -> None:
+    """With the limits of docs/radio.md; a drone that hovers as it got no command stands where it stood, bit for bit."""
+    staleness = {"pose_zero": 0.6, "pose_land": 2.0, "nearby_slow": 0.6, "nearby_hold": 1.0, "command_zero": 0.8}
+    limits = {"speed": 1.5, "staleness": staleness | {"command_land": 2.0, "estimate_drop": 0.5}}
+    rates = {"control.rate_hz": 20, "gateway.rate_hz": 20, "avoidance.margin": 0.1, "avoidance.sensing_radius": 3.0}
+    poor = {"sim.delay": 0.05, "sim.jitter": 0.02, "sim.loss": 0.3}
+    table = {key: value for key, value in SWARM.items() if key != "obstacles"}
+    flown = fly(table | {"limits": limits} | rates | poor, seed=5, duration=25.0)
+    assert flown.outcome.failure == ""
+
+
 @pytest.mark.parametrize("at", [1.6, 1.8, 2.0, 2.2, 2.4, 2.6])  # s from the order to take off: all are on their ways
 @pytest.mark.parametrize("command_zero", [0.2, 0.5])
 def test_drones_that_hear_nothing_any_more_stop_in_time(command_zero: float, at: float, fly: Fly) -> None:

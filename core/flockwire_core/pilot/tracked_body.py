@@ -25,6 +25,7 @@ from flockwire_core.wire.status import APART, Reason
 
 FREE: Final = frozenset({Phase.HOLD, Phase.FORMATION})  # on the ground, and near it, a drone does not move as commanded
 OUTLIER: Final = 3 * SECOND // 20  # ns: a tracker that is wrong for longer is wrong
+LATE: Final = 0.15  # s without a command after which what the pilot commands is not what the drone does
 TURN, TURN_RATE = 0.5, 6.3  # rad, of a single pose, and rad/s
 REPEATS: Final = "stands still, bit for bit, though it moved or is commanded to"
 EXAMINE: Final = "examine tracker and airframe before the next start"
@@ -67,10 +68,12 @@ class TrackedBody:
         self._wind = max(limits.body_drift, parameters.disturbance)
         self._residual = MotionResidual(self._wind, parameters.lag + parameters.dead_time)
         self._airframe, self._born = airframe, born
-        self._zero = limits.staleness.command_zero
-        self._coasting = max(self._zero, limits.staleness.pose_zero)  # s without poses until the drone is stopped
+        zero = limits.staleness.command_zero
+        self._coasting = max(zero, limits.staleness.pose_zero)  # s without poses until the drone is stopped
+        self._late = min(zero, LATE)
         self._refused_at = 0  # stamp of the first pose in a row that was not used, Unix ns
         self._apart = 0  # looks in a row
+        self._examined = 0  # stamp of the last pose that was compared, Unix ns
         self._looked = self._climbed = 0  # when it was looked at, and when its take-off ended, Unix ns
 
     @property
@@ -141,6 +144,9 @@ class TrackedBody:
             self._residual.forget_heights()
             self._apart = 0
             return
+        if self.seen == self._examined:  # without a new pose nothing repeats, and nothing moves
+            return
+        self._examined = self.seen
         why = self._apart_by(motion, telemetry, phase, now)
         self._apart = self._apart + 1 if why else 0
         if self._apart >= 3:  # looks in a row at a body that moves apart
@@ -153,7 +159,7 @@ class TrackedBody:
         if rose := residual.rise(motion, telemetry.height, behind, since):
             why = f"moves by {rose:.1f} m in height, which the airframe does not"
         # ns after a take-off: one that takes off by itself obeys after its reply
-        if phase not in FREE or not obeys(telemetry, self._zero) or now - self._climbed <= 2 * SECOND:
+        if phase not in FREE or not obeys(telemetry, self._late) or now - self._climbed <= 2 * SECOND:
             residual.reset()
         else:
             residual.update(motion, self._airframe.travelled(since), since)
