@@ -61,12 +61,9 @@ class GuardParameters(Frozen):
         return STOPPING_DISTANCE_FACTOR * self.slowness + 3.0 * self.period
 
     def sight_speed(self, age: float) -> float:
-        """Return the speed, m/s, at which two drones still stop in time if their data is `age` s old.
-
-        So they do if no command reaches them any more: each flies on for `unheard`.
-        """
-        seen = sight_speed(self.sight, self.separation.drone, self.delay + age, self.acceleration)
-        return min(seen, (self.sight - self.separation.drone) / (2.0 * self.unheard))
+        """Return the speed, m/s, at which two drones still stop in time if their data is `age` s old."""
+        sight, apart, delay = self.sight, self.separation.drone, self.delay + age
+        return sight_speed(sight, apart, delay, self.acceleration, self.unheard)
 
 
 class Guard:
