@@ -55,7 +55,7 @@ def tables(trace: Trace) -> Iterator[tuple[str, Table]]:
 
 def _messages(trace: Trace, zero: int) -> Iterator[tuple[str, Table]]:
     for kind, columns in COLUMNS.items():
-        series = [(i, trace.of(kind, i)) for i in sorted({0, *trace.flying})]
+        series = [(i, trace.of(kind, i)) for i in sorted({*trace.swarm.leaders, *trace.flying})]
         parts = [(i, one.stamps, np.hstack([one.values, one.orientations])) for i, one in series if len(one)]
         if parts:
             yield kind, _table(parts, columns, zero)

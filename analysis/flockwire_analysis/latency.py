@@ -31,7 +31,7 @@ def latencies(trace: Trace, hop: str) -> Floats:
     if cause == CAPTURE:
         answers = [trace.of(answer, number) for number in trace.flying]
         return np.concatenate([(series.published - series.stamps) / 1e6 for series in answers])
-    numbers = sorted({0, *trace.flying})
+    numbers = sorted({*trace.swarm.leaders, *trace.flying})
     return np.concatenate([_delays(trace.of(cause, number), trace.of(answer, number)) for number in numbers])
 
 

@@ -12,6 +12,7 @@ import pytest
 from flockwire_analysis.figures.graph import columns
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.summary import summarise
+from flockwire_analysis.view import outline
 from flockwire_core.wire.plan import Plan
 from flockwire_lab.faults.file import parse_faults
 from flockwire_lab.flight import Flight, fly_in_memory
@@ -99,3 +100,8 @@ def test_one_of_three_leaders_is_lost_and_all_hold_then_land(
     assert "hold" not in [mission.verb for mission in trace.missions]  # nobody ordered it
     flows = {flow.key.owner: flow.subscribers for flow in trace.plan.flows if flow.key.kind == "leads"}
     assert set(flows["uav3"]) >= {"uav4", "uav5"}
+
+
+def test_pages_know_who_leads(make_plan: Callable[..., Plan]) -> None:
+    drones = outline(make_plan(LED | {"control.law": "flockwire_laws.containment:Containment"}))["drones"]
+    assert {drone["id"]: drone["leads"] for drone in drones} == {1: True, 2: True, 3: True, 4: False, 5: False}

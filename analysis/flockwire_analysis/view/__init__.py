@@ -19,7 +19,7 @@ def outline(plan: Plan) -> dict[str, Any]:
     corners = fence.polygon or ((left, lower), (right, lower), (right, upper), (left, upper))
     return {
         "name": swarm.name,
-        "drones": [{"id": i, "name": pilot} for i, pilot in plan.pilot.items()],
+        "drones": [{"id": i, "name": name, "leads": i in swarm.leaders} for i, name in plan.pilot.items()],
         "processes": list(plan.started),
         "edges": [[edge[0], edge[1]] for edge in swarm.graph.edges],
         "fence": [list(corner) for corner in corners],

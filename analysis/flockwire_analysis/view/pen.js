@@ -11,10 +11,10 @@ const palette = {
     for (const name of NAMED) this[name] = found.getPropertyValue(`--${name}`).trim();
     this.isDark = matchMedia("(prefers-color-scheme: dark)").matches;
   },
-  // Return a drone's colour, the same as in the figures (drawing.py); the leader has the ink's.
+  // Return a drone's colour, the same as in the figures (drawing.py); leaders have the ink's.
   drone(id) {
-    if (id === 0) return this.ink;
     const place = this.followers.indexOf(id);
+    if (place < 0) return this.ink;
     if (this.followers.length <= 6) return this[`c${place}`];
     return `hsl(${(360 * place) / this.followers.length} 65% ${(this.isDark ? 58 : 36) + 14 * (place % 2)}%)`;
   },

@@ -203,7 +203,7 @@ function fill() {
   const scaled = (values) => values.map((value) => (value === null ? null : value / 1000));
   const curves = (pick) => flight.outline.drones.map(({ id }) => ({ id, times, values: scaled(pick(flight.drones[id])) }));
   const shown = flight.marks.filter(({ kind }) => kind !== "phase");
-  charts[0].show(curves((one) => one.error).filter(({ id }) => id !== 0), shown, [flight.begin, end]);
+  charts[0].show(curves((one) => one.error).filter(({ id }) => palette.followers.includes(id)), shown, [flight.begin, end]);
   charts[1].show(curves((one) => one.position[2]), shown, [flight.begin, end]);
   signals.forEach((name, k) => {
     const told = flight.outline.drones.map(({ id }) => ({ id, samples: flight.drones[id].signals[name] ?? [] }));
@@ -250,7 +250,7 @@ function listen() {
 }
 
 const flown = flight.outline.drones.flatMap(({ id }) => path(flight.drones[id].position, 0, last)).filter(Boolean);
-palette.followers = flight.outline.drones.map(({ id }) => id).filter((id) => id !== 0);
+palette.followers = flight.outline.drones.filter(({ leads }) => !leads).map(({ id }) => id);
 palette.read();
 scene.begin(flight.outline);
 scene.camera.fit = "flight";

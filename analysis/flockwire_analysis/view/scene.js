@@ -154,7 +154,7 @@ class Scene {
       shape(pen, [foot, at], palette.muted, [], false, 0.6, 1);
       disc(pen, foot, 2.5, palette.muted);
     }
-    disc(pen, at, id === 0 ? 7 : 6, phase === "silent" ? palette.muted : palette.drone(id), palette.card);
+    disc(pen, at, palette.followers.includes(id) ? 6 : 7, phase === "silent" ? palette.muted : palette.drone(id), palette.card);
     this.label(pen, at, name);
     pen.globalAlpha = 1;
   }

@@ -63,7 +63,7 @@ function begin(message) {
   outline = message.outline;
   samples = new Map();
   began = null;
-  palette.followers = outline.drones.map(({ id }) => id).filter((id) => id !== 0);
+  palette.followers = outline.drones.filter(({ leads }) => !leads).map(({ id }) => id);
   scene.begin(outline);
   document.title = $("name").textContent = outline.name;
   connected = message.orders ? "connected" : "connected, view only: the link lacks its token";
