@@ -18,8 +18,7 @@ from typing import Any
 
 import flockwire_mocap.core as gateway
 from flockwire_core.domain.order import Mission
-from flockwire_core.domain.pose import Pose
-from flockwire_core.domain.quaternion import product
+from flockwire_core.domain.pose import Pose, product
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector, add
 from flockwire_core.loading import parse_swarm

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flockwire_core.domain.pose import LEVEL, Quaternion
-from flockwire_core.domain.quaternion import product, rotate
+from flockwire_core.domain.pose import LEVEL, Quaternion, product, rotate
 from flockwire_core.domain.vector import ZERO, Vector, add, subtract
 from flockwire_core.swarm.gateway import Unit, UpAxis
 

@@ -19,8 +19,7 @@ import re
 from math import cos, isfinite, sin
 from typing import TYPE_CHECKING, NamedTuple
 
-from flockwire_core.domain.pose import Quaternion
-from flockwire_core.domain.quaternion import wrapped, yaw_of
+from flockwire_core.domain.pose import Quaternion, wrapped, yaw_of
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector
 

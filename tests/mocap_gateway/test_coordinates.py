@@ -1,7 +1,7 @@
 from math import cos, pi, sin, sqrt
 
 import pytest
-from flockwire_core.domain.quaternion import product, rotate
+from flockwire_core.domain.pose import product, rotate
 from flockwire_mocap.coordinates import Coordinates
 from flockwire_mocap.tracking import ReportedBody, is_pose
 from hypothesis import given

@@ -13,8 +13,7 @@ from pathlib import Path
 import pytest
 from extended_sources import ExtendedSources
 from flockwire_core.domain.airframe import Telemetry
-from flockwire_core.domain.pose import Pose
-from flockwire_core.domain.quaternion import yaw_of
+from flockwire_core.domain.pose import Pose, yaw_of
 from flockwire_core.process.driving import CONTACT
 from flockwire_core.wire.codec import decode
 from flockwire_core.wire.status import Reason, Status
@@ -138,7 +137,7 @@ from struct import pack, unpack
 from flockwire_core.domain.airframe import Command, FlightState, Telemetry
 from flockwire_core.domain.order import Stop
 from flockwire_core.domain.pose import Pose
-from flockwire_core.domain.quaternion import wrapped, yaw_of
+from flockwire_core.domain.pose import wrapped, yaw_of
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.cores import Datagram
 from flockwire_core.process.driving import CONTACT, RETIREMENT, TELEMETRY_PERIOD

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import asin, atan2, degrees, hypot
 
-from flockwire_core.domain.pose import Quaternion
-from flockwire_core.domain.quaternion import rotate
+from flockwire_core.domain.pose import Quaternion, rotate
 
 
 def to_columns(q: Quaternion) -> tuple[float, ...]:

@@ -9,8 +9,7 @@ from typing import Any
 from flockwire_core.control.tracker import VelocityTracker
 from flockwire_core.domain.airframe import Command, Telemetry
 from flockwire_core.domain.motion import Estimate
-from flockwire_core.domain.pose import LEVEL, Pose
-from flockwire_core.domain.quaternion import conjugate, rotate
+from flockwire_core.domain.pose import LEVEL, Pose, conjugate, rotate
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.stepping import is_due, next_deadline
 from flockwire_core.ros.messages import NamedPose, battery, derivative, diagnostic, diagnostics, odometry, transforms

@@ -12,8 +12,7 @@ from math import cos, sin
 
 from flockwire_core.domain.airframe import Command, Telemetry
 from flockwire_core.domain.order import Mission
-from flockwire_core.domain.pose import Pose
-from flockwire_core.domain.quaternion import wrapped, yaw_of
+from flockwire_core.domain.pose import Pose, wrapped, yaw_of
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add, scale, subtract
 from flockwire_core.parameters import pilot_parameters

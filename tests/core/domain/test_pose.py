@@ -3,8 +3,7 @@
 from math import cos, pi, sin
 
 import pytest
-from flockwire_core.domain.pose import LEVEL
-from flockwire_core.domain.quaternion import wrapped, yaw_of
+from flockwire_core.domain.pose import LEVEL, wrapped, yaw_of
 from hypothesis import given
 from hypothesis import strategies as st
 

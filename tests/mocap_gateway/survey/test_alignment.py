@@ -1,7 +1,7 @@
 from math import cos, sin
 
 import pytest
-from flockwire_core.domain.quaternion import rotate
+from flockwire_core.domain.pose import rotate
 from flockwire_mocap.survey.alignment import AlignmentError, align, align_bodies
 from hypothesis import assume, given
 from hypothesis import strategies as st

@@ -5,7 +5,7 @@ from math import dist, hypot, pi
 
 import pytest
 from flockwire_core.domain.airframe import FlightState
-from flockwire_core.domain.quaternion import yaw_of
+from flockwire_core.domain.pose import yaw_of
 from flockwire_core.domain.time import SECOND
 from flockwire_core.swarm.airframes import MULTIROTOR
 from flockwire_core.swarm.drones import BUILT_IN_AIRFRAMES, Airframe

@@ -4,8 +4,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from flockwire_core.domain.pose import LEVEL
-from flockwire_core.domain.quaternion import rotate
+from flockwire_core.domain.pose import LEVEL, rotate
 from flockwire_twins.multirotor import fitted
 from flockwire_twins.multirotor.fitted import FittedVehicle
 from flockwire_twins.multirotor.parameters import Parameters

@@ -10,8 +10,7 @@ from __future__ import annotations
 
 from math import sqrt
 
-from flockwire_core.domain.pose import Quaternion
-from flockwire_core.domain.quaternion import conjugate, rotate
+from flockwire_core.domain.pose import Quaternion, conjugate, rotate
 from flockwire_core.domain.vector import ZERO, Vector
 
 from flockwire_twins.multirotor.parameters import Parameters, Rotors

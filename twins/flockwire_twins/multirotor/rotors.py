@@ -14,8 +14,7 @@ from __future__ import annotations
 
 from math import pi, sqrt
 
-from flockwire_core.domain.pose import LEVEL, Quaternion
-from flockwire_core.domain.quaternion import conjugate, product, rotate, wrapped, yaw_of
+from flockwire_core.domain.pose import LEVEL, Quaternion, conjugate, product, rotate, wrapped, yaw_of
 from flockwire_core.domain.vector import ZERO, Vector, norm, scale
 
 from flockwire_twins.multirotor.autopilot import RotorLoop

@@ -13,8 +13,7 @@ from __future__ import annotations
 from math import cos, sin, sqrt, tan
 from typing import Final
 
-from flockwire_core.domain.pose import Quaternion
-from flockwire_core.domain.quaternion import product
+from flockwire_core.domain.pose import Quaternion, product
 from flockwire_core.domain.vector import ZERO, Vector, norm, scale
 from flockwire_core.process.driving import GRAVITY
 
