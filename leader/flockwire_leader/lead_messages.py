@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from typing import Final
 
-from flockwire_core.control.acceleration_tracker import AccelerationTracker
+from flockwire_core.control.tracker import AccelerationTracker
 from flockwire_core.domain.law_message import Signals
 from flockwire_core.domain.motion import LeaderMotion, Motion
 from flockwire_core.domain.order import Mission

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from flockwire_core.control.acceleration_tracker import AccelerationTracker
+from flockwire_core.control.tracker import AccelerationTracker
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.domain.vector import Vector, distance, subtract
 from flockwire_core.law import Seen, Sense

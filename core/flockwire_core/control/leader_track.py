@@ -7,8 +7,7 @@ from __future__ import annotations
 
 from math import dist, sqrt
 
-from flockwire_core.control.acceleration_tracker import AccelerationTracker
-from flockwire_core.control.tracker import VelocityTracker
+from flockwire_core.control.tracker import AccelerationTracker, VelocityTracker
 from flockwire_core.control.trajectory import Trajectory
 from flockwire_core.domain.motion import LeaderMotion
 from flockwire_core.domain.vector import ZERO, Vector

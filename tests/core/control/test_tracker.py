@@ -3,8 +3,7 @@ from __future__ import annotations
 from random import Random
 
 import pytest
-from flockwire_core.control.acceleration_tracker import AccelerationTracker
-from flockwire_core.control.tracker import BodyTracks, VelocityTracker
+from flockwire_core.control.tracker import AccelerationTracker, BodyTracks, VelocityTracker
 
 HERE, THERE = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)
 
