@@ -18,10 +18,9 @@ from flockwire_core.domain.airframe import FlightState
 from flockwire_core.domain.order import Mission, Version
 from flockwire_core.domain.time import SECOND
 from flockwire_core.pilot.orders import rank
-from flockwire_core.pilot.phases import IN_FLIGHT, ORDERED
-from flockwire_core.pilot.transitions import PHASES, bits, reachable
+from flockwire_core.pilot.phases import IN_FLIGHT, ORDERED, bits, reachable
 from flockwire_core.swarm.model import uav
-from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.phase import PILOT_PHASES, Phase
 
 from flockwire_analysis.observed import Observed, version_of
 from flockwire_analysis.phases import at
@@ -54,7 +53,7 @@ def lives(history: Iterable[Observed]) -> Iterator[Life]:
     own: list[Observed] = []
     after = 0
     for one in history:
-        if one.phase not in PHASES:  # it waits for swarm time
+        if one.phase not in PILOT_PHASES:  # it waits for swarm time
             continue
         if own and one.restarted_since(own[-1]):
             yield Life(tuple(own), after, own[0].stamp)
@@ -96,7 +95,7 @@ class _Replay:
         """Return the phases in which the pilot may be by `after`."""
         found = frozenset({Phase(before.phase)})
         possible = self._conditions(before, after, orders)
-        for _ in PHASES:
+        for _ in PILOT_PHASES:
             found |= reachable(found, possible)
         return reachable(found, self._last_conditions(before, after))
 

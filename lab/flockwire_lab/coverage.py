@@ -11,8 +11,8 @@ from itertools import chain
 
 from flockwire_analysis.observed import Shown
 from flockwire_analysis.recorded import Trace
+from flockwire_core.pilot.phases import transitions
 from flockwire_core.pilot.reactions import TABLE
-from flockwire_core.pilot.transitions import transitions
 
 
 def events(trace: Trace) -> dict[str, int]:

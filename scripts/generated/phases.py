@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from operator import attrgetter
 
+from flockwire_core.pilot.phases import CONDITIONS, Transition, transitions
 from flockwire_core.pilot.reactions import EVERY, INPUTS, REACTIONS, TABLE, Row
-from flockwire_core.pilot.transitions import CONDITIONS, PHASES, Transition, transitions
 from flockwire_core.swarm.tables import Limits
+from flockwire_core.wire.phase import PILOT_PHASES
 
 HEAD = """# Phases and reactions of a pilot
 
@@ -81,13 +82,15 @@ def _reaction(row: Row) -> str:
         name = row.limit.removeprefix("staleness.")
         shown = name if name != row.limit else f"limits.{name}"
         limit = f"`{shown}` ({attrgetter(row.limit)(Limits()):g})"
-    phases = "any" if row.phases == EVERY else ", ".join(str(phase) for phase in PHASES if phase in row.phases)
+    phases = "any" if row.phases == EVERY else ", ".join(str(phase) for phase in PILOT_PHASES if phase in row.phases)
     text = re.sub(r":[^}]*}", "}", row.text)  # without the formats of its values
     return f"| {row.reaction} | {row.input} | {'below' if row.below else 'above'} {limit} | {phases} | {text} |\n"
 
 
 def _row(number: int, one: Transition) -> str:
-    before = "any" if one.before == frozenset(PHASES) else ", ".join(str(p) for p in PHASES if p in one.before)
+    before = (
+        "any" if one.before == frozenset(PILOT_PHASES) else ", ".join(str(p) for p in PILOT_PHASES if p in one.before)
+    )
     names = [*(f"`{name}`" for name in CONDITIONS if name in one.required)]
     names += [f"not `{name}`" for name in CONDITIONS if name in one.forbidden]
     return f"| {number} | {before} | {', '.join(names)} | {one.after} | {one.reason} | {one.because} |\n"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import defaultdict
 from math import hypot
 
-from flockwire_core.pilot.transitions import PHASES, transitions
-from flockwire_core.wire.phase import Phase
+from flockwire_core.pilot.phases import transitions
+from flockwire_core.wire.phase import PILOT_PHASES, Phase
 
 Point = tuple[float, float]
 ANY = "any phase"
@@ -37,8 +37,8 @@ def phases_picture() -> str:
     """Return the picture."""
     rows = defaultdict(list)
     for number, one in enumerate(transitions(), 1):
-        every = one.before == frozenset(PHASES)
-        for before in (ANY,) if every else (phase for phase in PHASES if phase in one.before):
+        every = one.before == frozenset(PILOT_PHASES)
+        for before in (ANY,) if every else (phase for phase in PILOT_PHASES if phase in one.before):
             if before != one.after:
                 rows[before, one.after].append(number)
     arrows = [_arrow(before, after, numbers) for (before, after), numbers in rows.items()]

@@ -1,7 +1,7 @@
 """The generated pages and files are those of the code."""
 
 import pytest
-from flockwire_core.pilot.transitions import transitions
+from flockwire_core.pilot.phases import transitions
 from generated.files import ROOT, files
 from generated.gallery import names
 from generated.phases_picture import ANY, phases_picture

@@ -1,27 +1,91 @@
-"""The flight phases of a pilot (an agent, or the leader), by the table of transitions.
+"""The flight phases of a pilot (an agent, or the leader), by the table transitions.csv, one row for each transition.
 
 grounded -> ready -> take-off -> hold <-> formation
                         any phase in flight -> landing -> grounded;  stop -> stopped
+
+The first row that names the phase, and whose conditions hold, gives the next phase and its reason; `!` means: does not
+hold. FlightPhases flies the table, lab/model/ explores it, and the check "conformance" replays each flight by it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Final
+import csv
+from collections.abc import Iterable, Mapping
+from functools import cache
+from importlib.resources import files
+from typing import Final, NamedTuple
 
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.pilot.orders import Orders
 from flockwire_core.pilot.reactions import HOLD, LAND, NO_REASON, REFUSE
-from flockwire_core.pilot.transitions import bits, transition
-from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.phase import PILOT_PHASES, Phase
 from flockwire_core.wire.status import Reason
 
 NEVER: Final = float("inf")
 OUTDATED: Final = Reason("order: outdated", "on the ground since the last order: `flockwire start` takes it off")
 REASONS: Final = {"stop": Reason("stop", "emergency stop"), "outdated": OUTDATED}  # those that no reaction gives
 IN_FLIGHT: Final = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION, Phase.LANDING})
+CONDITIONS = {
+    "stop": "an emergency stop was received",
+    "airborne": "the airframe flies, by the telemetry that the pilot has",
+    "high": "it is at take-off height or above",
+    "unready": "something keeps it from taking off",
+    "disturbed": "something keeps it from the formation, or the formation's time 0 is still to come",
+    "danger": "something forbids to fly",
+    "up": "the order that holds takes up from the ground",
+    "outdated": "that order is from before the process began, or the drone came down since",
+    "formation": "the order that holds is to fly a formation",
+    "landing": "the order that holds is to land",
+}
+BITS = {name: 1 << place for place, name in enumerate(CONDITIONS)}
+
+
+class Transition(NamedTuple):
+    """One row: from any phase of `before`, while `required` hold and none of `forbidden` does, `after` follows."""
+
+    before: frozenset[Phase]
+    required: tuple[str, ...]
+    forbidden: tuple[str, ...]
+    after: Phase
+    reason: str  # whose reason the phase has: a reaction's, "outdated", "stop", "kept" (that of before); empty: none
+    because: str
+
+
+def bits(conditions: Iterable[str]) -> int:
+    """Return the `conditions` that hold as one number."""
+    return sum([BITS[name] for name in conditions])
+
+
+def _read(row: dict[str, str]) -> Transition:
+    conditions = row["if"].split()
+    before = PILOT_PHASES if row["from"] == "*" else map(Phase, row["from"].split())
+    required = tuple([name for name in conditions if not name.startswith("!")])
+    forbidden = tuple([name[1:] for name in conditions if name.startswith("!")])
+    return Transition(frozenset(before), required, forbidden, Phase(row["to"]), row["reason"], row["because"])
+
+
+@cache
+def transitions() -> tuple[Transition, ...]:
+    """Return the table's rows."""
+    text = (files("flockwire_core.pilot") / "transitions.csv").read_text(encoding="utf-8")
+    return tuple(_read(row) for row in csv.DictReader(text.splitlines()))
+
+
+@cache
+def transition(phase: Phase, conditions: int) -> Transition:
+    """Return the row by which a pilot in `phase` goes on under the `conditions` that hold (`bits`)."""
+    rows = (row for row in transitions() if phase in row.before and not bits(row.required) & ~conditions)
+    return next(row for row in rows if not bits(row.forbidden) & conditions)
+
+
+@cache
+def reachable(phases: frozenset[Phase], possible: frozenset[int]) -> frozenset[Phase]:
+    """Return the phases that one step leads to, from any of `phases` under any of the `possible` conditions."""
+    return frozenset(transition(phase, conditions).after for phase in phases for conditions in possible)
+
+
 ORDERED: Final = {  # the conditions that an order makes hold
     "takeoff": bits(["up"]),
     "start": bits(["up", "formation"]),

@@ -11,10 +11,9 @@ from operator import attrgetter
 from typing import Final
 
 from flockwire_core.domain.record import Frozen
-from flockwire_core.pilot.transitions import PHASES
 from flockwire_core.swarm.model import uav
 from flockwire_core.swarm.tables import Limits
-from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.phase import PILOT_PHASES, Phase
 from flockwire_core.wire.status import Reason
 
 NO_REASON: Final = Reason("", "")
@@ -59,7 +58,7 @@ HELD_UP: Final = "off the ground with stopped motors: put it down on a floor tha
 ESTIMATE: Final = "leader estimate"  # what may be missing
 NEIGHBOURS: Final = "sight or message of a neighbour"
 WITHOUT_ORDER: Final = "in flight without an order: no station repeats one"
-EVERY: Final = frozenset(PHASES)
+EVERY: Final = frozenset(PILOT_PHASES)
 GROUND: Final = frozenset({Phase.GROUNDED, Phase.READY})
 TAKEOFF: Final = frozenset({Phase.TAKEOFF})
 LANDING: Final = frozenset({Phase.LANDING})

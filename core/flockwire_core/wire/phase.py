@@ -36,6 +36,9 @@ class Phase(StrEnum):
     STEERING = "steering"
 
 
+PILOT_PHASES = (
+    Phase.GROUNDED, Phase.READY, Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION, Phase.LANDING, Phase.STOPPED,
+)  # fmt: skip
 _PHASES = {str(phase): phase for phase in Phase}
 
 

@@ -3,10 +3,9 @@ from itertools import chain, combinations
 import pytest
 from flockwire_core.domain.order import MISSION_VERBS, Mission
 from flockwire_core.domain.time import SECOND
-from flockwire_core.pilot.phases import IN_FLIGHT, FlightPhases
+from flockwire_core.pilot.phases import CONDITIONS, IN_FLIGHT, FlightPhases, bits, transition, transitions
 from flockwire_core.pilot.reactions import HOLD, LAND, REFUSE
-from flockwire_core.pilot.transitions import CONDITIONS, PHASES, bits, transition, transitions
-from flockwire_core.wire.phase import Phase
+from flockwire_core.wire.phase import PILOT_PHASES, Phase
 from flockwire_core.wire.status import Reason
 
 BORN = 1_790_000_000 * SECOND
@@ -42,7 +41,7 @@ def update(flight, sensed):
 
 
 @pytest.mark.parametrize("verb", ["", *MISSION_VERBS])
-@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("phase", PILOT_PHASES)
 def test_a_pilot_knows_its_conditions(phase, verb):
     for sensed in subsets(SENSED):
         for outdated in (False, True) if verb else (False,):
@@ -61,7 +60,7 @@ def test_what_else_makes_a_condition_hold():
 
 def test_every_row_is_needed_and_names_what_there_is():
     every = list(map(bits, subsets(CONDITIONS)))
-    used = {transition(phase, conditions) for phase in PHASES for conditions in every}
+    used = {transition(phase, conditions) for phase in PILOT_PHASES for conditions in every}
     assert used == set(transitions())
     assert {name for row in transitions() for name in (*row.required, *row.forbidden)} == set(CONDITIONS)
 
