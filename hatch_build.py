@@ -23,10 +23,7 @@ COMPILED = (
     "core/flockwire_core/pilot",
     *(f"core/flockwire_core/ground/{name}.py" for name in ("fleet", "known_orders", "order_log")),
     *(f"core/flockwire_core/process/{name}.py" for name in ("corrected_clock", "stepping", "timekeeping")),
-    *(
-        f"core/flockwire_core/runtime/{name}.py"
-        for name in ("publishing", "shell", "subscriptions", "ticker", "topics")
-    ),
+    *(f"core/flockwire_core/runtime/{name}.py" for name in ("samples", "shell", "ticker", "topics")),
     "core/flockwire_core/clock.py",
     "core/flockwire_core/law.py",
     "agent/flockwire_agent",

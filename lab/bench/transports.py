@@ -27,8 +27,8 @@ from flockwire_core import clock
 from flockwire_core.domain.motion import Estimate, LeaderMotion
 from flockwire_core.loading import parse_swarm
 from flockwire_core.runtime.configuration import configuration
+from flockwire_core.runtime.samples import Prompt, Wakeup
 from flockwire_core.runtime.session import Session
-from flockwire_core.runtime.subscriptions import Prompt, Wakeup
 from flockwire_core.security.files import files_of
 from flockwire_core.security.pki import make_keys
 from flockwire_core.swarm.model import uav

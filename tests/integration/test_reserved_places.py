@@ -15,8 +15,8 @@ from flockwire_core import clock
 from flockwire_core.domain.order import Stop
 from flockwire_core.loading import load_swarm
 from flockwire_core.runtime import configuration
+from flockwire_core.runtime.samples import Buffered
 from flockwire_core.runtime.session import STRANGERS, Session
-from flockwire_core.runtime.subscriptions import Buffered
 from flockwire_core.security.files import files_of
 from flockwire_core.security.pki import make_keys
 from flockwire_core.wire.keys import STOP

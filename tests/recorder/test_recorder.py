@@ -17,7 +17,7 @@ from flockwire_core.ground.fleet import unrecorded
 from flockwire_core.runtime import job as jobs
 from flockwire_core.runtime import topics
 from flockwire_core.runtime.job import Job, serve
-from flockwire_core.runtime.publishing import Publishing
+from flockwire_core.runtime.samples import Publishing
 from flockwire_core.wire.batch import MOST, Batch, Entry
 from flockwire_core.wire.codec import decode, encode
 from flockwire_core.wire.inbox import ATTACHMENT, BURST

@@ -4,7 +4,7 @@ from collections import deque
 from dataclasses import dataclass
 
 from flockwire_core.domain.time import SECOND
-from flockwire_core.runtime.subscriptions import Rings
+from flockwire_core.runtime.samples import Rings
 from flockwire_core.wire.batch import Batch, Entry
 from flockwire_core.wire.codec import encode
 from flockwire_core.wire.inbox import attachment

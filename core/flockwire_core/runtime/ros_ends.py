@@ -16,7 +16,7 @@ import zenoh.ext
 from flockwire_core import clock
 from flockwire_core.ros.graph import topic_of
 from flockwire_core.ros.messages import check_empty, trigger_response
-from flockwire_core.runtime.subscriptions import call_soon
+from flockwire_core.runtime.samples import call_soon
 from flockwire_core.wire.cdr import MessageError
 from flockwire_core.wire.inbox import ATTACHMENT, Origin, read_attachment
 

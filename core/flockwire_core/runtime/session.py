@@ -35,8 +35,7 @@ os.environ["ZENOH_RUNTIME"] = ONE_THREAD
 
 import zenoh
 
-from flockwire_core.runtime.publishing import Publishing
-from flockwire_core.runtime.subscriptions import BACKLOG, Buffered, Prompt, Rings, Wakeup
+from flockwire_core.runtime.samples import BACKLOG, Buffered, Prompt, Publishing, Rings, Wakeup
 
 _PRIORITIES = {
     Delivery.EVENT: zenoh.Priority.REAL_TIME,  # Zenoh's highest priority

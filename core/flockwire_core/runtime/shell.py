@@ -22,8 +22,8 @@ from flockwire_core.runtime.ending import Ending, last_resort, wait_for_end
 from flockwire_core.runtime.job import FileStore, Job, connect_job
 from flockwire_core.runtime.refusals import Refusals
 from flockwire_core.runtime.resources import ProcessResources
+from flockwire_core.runtime.samples import Prompt, Wakeup
 from flockwire_core.runtime.session import Session
-from flockwire_core.runtime.subscriptions import Prompt, Wakeup
 from flockwire_core.runtime.supervision import Supervision
 from flockwire_core.runtime.swarm_clock import SwarmClock
 from flockwire_core.runtime.ticker import Ticker

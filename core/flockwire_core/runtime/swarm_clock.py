@@ -9,8 +9,8 @@ from collections.abc import Callable
 from flockwire_core import clock
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.timekeeping import Timekeeping, is_known, timekeeping
+from flockwire_core.runtime.samples import Prompt, Wakeup
 from flockwire_core.runtime.session import Session
-from flockwire_core.runtime.subscriptions import Prompt, Wakeup
 from flockwire_core.wire.plan import Plan
 
 LONG = 1.0  # s

@@ -1,4 +1,4 @@
-"""Who handles a key that arrives: Zenoh's thread, or the loop when that thread would wait or is behind."""
+"""Who handles a key that arrives: Zenoh's thread, or the loop when that thread would wait or is behind; batches."""
 
 from __future__ import annotations
 
@@ -10,12 +10,15 @@ from types import SimpleNamespace
 import pytest
 from flockwire_core import clock
 from flockwire_core.domain.pose import Pose
-from flockwire_core.runtime.subscriptions import BEHIND, Prompt, Wakeup
+from flockwire_core.domain.time import SECOND
+from flockwire_core.runtime.samples import BEHIND, Prompt, Publishing, Wakeup
+from flockwire_core.wire.batch import PERIOD
 from flockwire_core.wire.codec import encode
 from flockwire_core.wire.inbox import Inbox, attachment
-from flockwire_core.wire.keys import MISSION, Key
+from flockwire_core.wire.keys import BATCH, MISSION, Key
 
-POSE = Key("pose", "uav1")
+T0 = 1_700_000_000 * SECOND
+POSE, BATCHED = Key("pose", "uav1"), Key(BATCH, "gateway")
 SESSION = b"0123456789ab"
 APART = 5 * BEHIND  # ns between two poses of a process that is not behind
 
@@ -168,3 +171,21 @@ def test_a_loop_that_is_closed_is_left_alone():
     with pytest.raises(RuntimeError):
         asyncio.get_running_loop()
     assert not bench.handled
+
+
+@pytest.mark.sources  # replaces compiled functions
+def test_a_batch_that_is_due_waits_where_its_sender_is_called_apart_from_what_is_urgent(monkeypatch, make_plan):
+    now, sent = T0, []
+
+    class Publisher:
+        def __init__(self, key):
+            self.key = key
+
+        def put(self, payload, attachment):
+            sent.append(self.key)
+
+    monkeypatch.setattr(clock, "now", lambda: now)
+    publishing = Publishing(make_plan(), "gateway", b"p" * 16, lambda key: (Publisher(key),))
+    for now in (T0, T0 + PERIOD):
+        publishing.publish([(POSE, Pose(now, "world", (0.0, 0.0, 1.0)))])
+    assert sent == [POSE, POSE, BATCHED]
