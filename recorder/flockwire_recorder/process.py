@@ -11,8 +11,8 @@ from flockwire_core.process.stepping import StepCounts
 from flockwire_core.runtime.ending import Ending, last_resort, wait_for_end
 from flockwire_core.runtime.job import Job, connect_job
 from flockwire_core.runtime.refusals import Refusals
+from flockwire_core.runtime.reporting import status_publisher
 from flockwire_core.runtime.session import Session
-from flockwire_core.runtime.shell import status_publisher
 from flockwire_core.runtime.swarm_clock import SwarmClock
 from flockwire_core.runtime.ticker import Ticker
 from flockwire_core.runtime.topics import BatchedTopics, Topic, in_order

@@ -18,8 +18,9 @@ from flockwire_analysis.reading import read_trace
 from flockwire_core import clock
 from flockwire_core.domain.time import SECOND
 from flockwire_core.runtime.refusals import Refusals
+from flockwire_core.runtime.reporting import status_publisher
 from flockwire_core.runtime.session import Session
-from flockwire_core.runtime.shell import Shell, status_publisher
+from flockwire_core.runtime.shell import Shell
 from flockwire_core.runtime.swarm_clock import SwarmClock
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.codec import Message

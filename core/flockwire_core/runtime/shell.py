@@ -6,8 +6,7 @@ The stepper decides when to step, and what to count and report (process/stepping
 from __future__ import annotations
 
 import asyncio
-import logging
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractAsyncContextManager, nullcontext
 from random import Random
@@ -17,22 +16,19 @@ from flockwire_core.law import Law
 from flockwire_core.process.cores import Core, Start
 from flockwire_core.process.stepping import StatusPublisher, StepCounts, Stepper, prompt_keys, tick_period
 from flockwire_core.process.stopwatch import Stopwatch
-from flockwire_core.process.timekeeping import Timekeeping, patience
+from flockwire_core.process.timekeeping import patience
 from flockwire_core.runtime.ending import Ending, last_resort, wait_for_end
 from flockwire_core.runtime.job import FileStore, Job, connect_job
 from flockwire_core.runtime.refusals import Refusals
-from flockwire_core.runtime.resources import ProcessResources
+from flockwire_core.runtime.reporting import status_publisher
 from flockwire_core.runtime.samples import Prompt, Wakeup
 from flockwire_core.runtime.session import Session
-from flockwire_core.runtime.supervision import Supervision
 from flockwire_core.runtime.swarm_clock import SwarmClock
 from flockwire_core.runtime.ticker import Ticker
 from flockwire_core.security.files import default_folder
 from flockwire_core.swarm.model import Swarm
-from flockwire_core.wire.codec import Message
-from flockwire_core.wire.keys import Key
 from flockwire_core.wire.phase import Phase
-from flockwire_core.wire.status import Report, Status
+from flockwire_core.wire.status import Report
 
 Feed = Callable[[Core, "Shell"], AbstractAsyncContextManager[None] | None]
 """Opens an input that is no key, for the core of a shell; None if it has none."""
@@ -76,25 +72,6 @@ class Shell:
 
     def _tick(self, lateness: int, skipped: int) -> None:
         self.stepper.tick(lateness, skipped, clock.now())
-
-
-def status_publisher(
-    session: Session, refusals: Refusals, timed: Timekeeping, loop: asyncio.AbstractEventLoop | None = None
-) -> StatusPublisher:
-    """Return the function that publishes the status of a session's process, logs it and reports it to supervisors.
-
-    `loop` is as `ProcessResources` has it.
-    """
-    identity, frame = session.identity, session.plan.swarm.frame
-    resources, supervision = ProcessResources(session, refusals, loop).at, Supervision(identity)
-
-    def publish(messages: Iterable[tuple[Key, Message]]) -> None:
-        for key, message in messages:
-            session.publish(((key, message),))
-            if isinstance(message, Status):
-                supervision.completed(message.report)
-
-    return StatusPublisher(frame, identity, publish, resources, timed, logging.getLogger(identity).info)
 
 
 def _waits(status: StatusPublisher) -> None:

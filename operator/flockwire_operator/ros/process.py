@@ -15,10 +15,10 @@ from flockwire_core.ros.graph import advice
 from flockwire_core.runtime.ending import Ending, last_resort, wait_for_end
 from flockwire_core.runtime.job import Job, connect_job
 from flockwire_core.runtime.refusals import Refusals
+from flockwire_core.runtime.reporting import status_publisher
 from flockwire_core.runtime.ros_ends import RosInput, RosOutput, RosServices
 from flockwire_core.runtime.ros_node import Place, RosNode, join
 from flockwire_core.runtime.session import Session, use_router_threads
-from flockwire_core.runtime.shell import status_publisher
 from flockwire_core.runtime.ticker import Ticker
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.swarm.ros import Ros

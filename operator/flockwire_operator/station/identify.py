@@ -13,7 +13,8 @@ import numpy as np
 from flockwire_core import clock
 from flockwire_core.objects import load_object
 from flockwire_core.runtime.refusals import Refusals
-from flockwire_core.runtime.shell import Shell, status_publisher
+from flockwire_core.runtime.reporting import status_publisher
+from flockwire_core.runtime.shell import Shell
 from flockwire_core.runtime.swarm_clock import SwarmClock
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.plan import Plan

@@ -1,15 +1,19 @@
 import asyncio
 import json
 import socket
+import subprocess
+import sys
 from types import SimpleNamespace
 
 import pytest
 from flockwire_core import clock
 from flockwire_core.domain.time import SECOND, nanoseconds
-from flockwire_core.runtime import supervision
-from flockwire_core.runtime.supervision import Supervision
+from flockwire_core.runtime import reporting
+from flockwire_core.runtime.reporting import Supervision, peak_memory
 from flockwire_core.wire.status import Report
 from flockwire_operator.cli import health
+
+PEAK = "from flockwire_core.runtime.reporting import peak_memory; print(peak_memory())"
 
 
 @pytest.fixture
@@ -40,7 +44,7 @@ def received(receiver):
 
 def test_systemd_is_notified_of_the_first_step_and_then_at_half_the_watchdogs_time(systemd, now):
     receiver, address = systemd
-    told = Supervision("uav1", {supervision.NOTIFY: address, supervision.WATCHDOG: "2000000"})
+    told = Supervision("uav1", {reporting.NOTIFY: address, reporting.WATCHDOG: "2000000"})
     assert received(receiver) == []  # no step yet
     times = []
     for _ in range(50):
@@ -52,7 +56,7 @@ def test_systemd_is_notified_of_the_first_step_and_then_at_half_the_watchdogs_ti
 
 def test_readiness_comes_first_and_without_steps_nothing_comes(systemd, now):
     receiver, address = systemd
-    told = Supervision("uav1", {supervision.NOTIFY: address, supervision.WATCHDOG: "2000000"})
+    told = Supervision("uav1", {reporting.NOTIFY: address, reporting.WATCHDOG: "2000000"})
     told.completed(Report("hold"))
     now[0] += 100 * SECOND
     assert received(receiver) == [b"READY=1\nWATCHDOG=1"]
@@ -61,7 +65,7 @@ def test_readiness_comes_first_and_without_steps_nothing_comes(systemd, now):
 
 
 def test_a_systemd_that_is_gone_ends_nothing(tmp_path, now):
-    told = Supervision("uav1", {supervision.NOTIFY: str(tmp_path / "nobody")})
+    told = Supervision("uav1", {reporting.NOTIFY: str(tmp_path / "nobody")})
     told.completed(Report("hold"))
     assert json.loads(told.answer(now[0]))["phase"] == "hold"
 
@@ -69,7 +73,7 @@ def test_a_systemd_that_is_gone_ends_nothing(tmp_path, now):
 def test_an_abstract_address_is_understood(now):
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as receiver:
         receiver.bind("\0flockwire-test-supervision")
-        Supervision("uav1", {supervision.NOTIFY: "@flockwire-test-supervision"}).completed(Report("hold"))
+        Supervision("uav1", {reporting.NOTIFY: "@flockwire-test-supervision"}).completed(Report("hold"))
         receiver.setblocking(False)
         assert received(receiver) == [b"READY=1\nWATCHDOG=1"]
 
@@ -79,11 +83,11 @@ def asked(monkeypatch, path, told, *reports, age=0.0):
     answers = []
 
     async def process():
-        supervised = Supervision("uav1", {supervision.HEALTH: path})
+        supervised = Supervision("uav1", {reporting.HEALTH: path})
         for report in reports:
             supervised.completed(report)
         later = SimpleNamespace(monotonic=lambda: clock.monotonic() + nanoseconds(age))
-        monkeypatch.setattr(supervision, "clock", later)
+        monkeypatch.setattr(reporting, "clock", later)
         answers.append(await asyncio.to_thread(told, path))
 
     asyncio.run(process())
@@ -122,5 +126,14 @@ def test_the_answer_is_json(tmp_path):
 
 
 def test_where_it_cannot_answer_it_runs_anyway(tmp_path, caplog):
-    Supervision("uav1", {supervision.HEALTH: str(tmp_path / "no" / "folder")}).completed(Report("hold"))
+    Supervision("uav1", {reporting.HEALTH: str(tmp_path / "no" / "folder")}).completed(Report("hold"))
     assert "cannot answer health checks there" in caplog.text
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="Linux alone passes a parent's peak on")
+def test_a_process_s_memory_is_not_that_of_who_started_it():
+    held = bytearray(300 << 20)
+    held[:: 1 << 12] = b"x" * (len(held) >> 12)  # resident, each page
+    started = subprocess.run([sys.executable, "-c", PEAK], capture_output=True, text=True, check=True)
+    assert peak_memory() >= len(held)
+    assert 1 << 20 < int(started.stdout) < len(held)
