@@ -151,7 +151,7 @@ class Collector:
 
     def trace(self, path: Path, closed: bool = True, lost_bytes: int = 0) -> Trace:
         """Return the data collected from `path`."""
-        lost_orders = sum([order.stamp >= self._begin for order in self._obeyed - self._missions.keys()])
+        lost_orders = sum([stamp >= self._begin for stamp, _ in self._obeyed - self._missions.keys()])
         obeyed = self._obeyed or self._missions.keys()
         orders = tuple(order for _, order in sorted(self._missions.items()))
         return Trace(

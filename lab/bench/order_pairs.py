@@ -165,7 +165,7 @@ def _wrong(case: Case, seen: Seen, pilots: tuple[str, ...], answers: tuple[Answe
         return f"they obey different orders: {[mission.verb if mission else None for mission in missions]}"
     holding = next((mission for mission in missions if mission is not None), None)
     if holding is not None and case.first in ("hold", "land") and holding.verb in ("takeoff", "start", "formation"):
-        newest = {version for version in seen.given.get(1, set()) if version.stamp >= begin}
+        newest = {(stamp, giver) for stamp, giver in seen.given.get(1, set()) if stamp >= begin}
         if not newest.intersection(holding.downs):
             return f"{holding.verb} holds, which was made without knowledge of {case.first}"
     return _not_held(case, phases) or _dishonest(case, phases, answers)

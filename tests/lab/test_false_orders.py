@@ -139,5 +139,5 @@ def test_an_order_of_another_station_is_not_made_from_what_a_follower_claims(for
     assert liar.forged is not None
     assert wide == honest
     assert liar.forged not in obeyed.reported
-    assert Version(liar.forged.stamp, liar.forged.giver) not in {order.version for order in obeyed.published}
+    assert (liar.forged.stamp, liar.forged.giver) not in {order.version for order in obeyed.published}
     assert {obeyed.phases[name] for name in ("leader", "uav2")} == {Phase.FORMATION}

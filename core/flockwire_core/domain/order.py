@@ -9,6 +9,9 @@ IN_FORMATION: Final = ("start", "formation")  # "formation" is "start", but only
 LONGEST_CHANGE = 600.0  # s
 MOST_VERSIONS = 16  # orders that one message names
 
+Version = tuple[int, int]
+"""The identity of an order: its stamp and its giver. Versions are compared for equality: no clock decides."""
+
 
 class Change(NamedTuple):
     """The change to a formation: the one `before`, and the assignments of places in both.
@@ -23,13 +26,6 @@ class Change(NamedTuple):
     places: tuple[int, ...]
 
 
-class Version(NamedTuple):
-    """The identity of an order. Versions are compared for equality: no clock decides."""
-
-    stamp: int  # Unix ns, by the giver's clock
-    giver: int  # number of the giver: 31 bits, one for each flight or order of a station
-
-
 class Mission(NamedTuple):
     """An order to all drones, and its place in the gateway's log of orders.
 
@@ -38,14 +34,14 @@ class Mission(NamedTuple):
     the log received last.
     """
 
-    stamp: int
+    stamp: int  # Unix ns, by the giver's clock
     frame: str
     verb: str  # one of MISSION_VERBS
     start: int = 0  # Unix ns of the formation's time 0 (verbs IN_FORMATION)
     formation: str = ""  # a name from [formations], empty for [formation]
     change: Change | None = None  # None without a change: each follower has the place of its rank
     without: tuple[int, ...] = ()  # drones that stay on the ground; no drone waits for them
-    giver: int = 0  # number of the giver (Version)
+    giver: int = 0  # number of the giver: 31 bits, one for each flight or order of a station
     number: int = 0
     downs: tuple[Version, ...] = ()
     ahead: int = 0  # ns by which its receiver's time is ahead of swarm time; not sent
@@ -53,7 +49,7 @@ class Mission(NamedTuple):
     @property
     def version(self) -> Version:
         """The version of this order."""
-        return Version(self.stamp, self.giver)
+        return self.stamp, self.giver
 
     def shift(self, by: int) -> Mission:
         """Return it with its times moved by `by` ns; its stamp is its name, and stays."""

@@ -51,7 +51,7 @@ class KnownOrders:
 
     def _news(self, log: Mission, was: Mission) -> str:
         """Return as `read` does, for a `log` that is not read for the first time."""
-        mine = all(version in was.downs or version.giver == self._giver for version in log.downs)
+        mine = all((stamp, giver) in was.downs or giver == self._giver for stamp, giver in log.downs)
         if log.number <= was.number or mine:
             return ""
         return log.verb if rank(log) else UNKNOWN

@@ -63,4 +63,4 @@ def read_versions(reader: Reader) -> tuple[Version, ...]:
     count = reader.length()
     if count > MOST_VERSIONS:
         raise MessageError(f"names {count} orders, the most is {MOST_VERSIONS}")
-    return tuple([Version(reader.time(), reader.unsigned()) for _ in range(count)])
+    return tuple([(reader.time(), reader.unsigned()) for _ in range(count)])
