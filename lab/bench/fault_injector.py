@@ -7,8 +7,8 @@ from functools import partial
 from typing import Any
 
 from fault_draws import DURATION, Drawn
+from flockwire_core.domain.order import Order
 from flockwire_core.domain.time import SECOND, nanoseconds
-from flockwire_core.ground.order import Order
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.processes import CONSOLE, OPERATOR
 from flockwire_lab.process import VirtualProcess

@@ -12,9 +12,8 @@ from dataclasses import dataclass, field
 from itertools import product
 from random import Random
 
-from flockwire_core.domain.order import Mission, Version
+from flockwire_core.domain.order import Answer, Mission, Order, Version
 from flockwire_core.domain.time import SECOND, nanoseconds
-from flockwire_core.ground.order import Answer, Order
 from flockwire_core.loading import parse_swarm
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.phase import Phase

@@ -14,14 +14,13 @@ from random import Random
 from typing import NamedTuple
 
 from flockwire_core.domain.airframe import Telemetry
-from flockwire_core.domain.order import Mission
+from flockwire_core.domain.order import ENDING, Answer, Mission, Order
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground.delivery import ChangeDelivery, OrderDelivery
 from flockwire_core.ground.director import POLL_PERIOD
 from flockwire_core.ground.fleet import Fleet
 from flockwire_core.ground.formation_planning import ChangeRefusedError, plan_in_time
 from flockwire_core.ground.operator import DELIVERIES
-from flockwire_core.ground.order import ENDING, Answer, Order
 from flockwire_core.pilot.orders import rank
 from flockwire_core.process.cores import Ground
 from flockwire_core.swarm.model import uav

@@ -26,7 +26,7 @@ from pathlib import Path
 
 from flockwire_core import clock
 from flockwire_core.domain.airframe import FlightState
-from flockwire_core.ground.order import Order
+from flockwire_core.domain.order import Order
 from flockwire_core.loading import load_swarm
 from flockwire_core.runtime.session import Session
 from flockwire_core.security.pki import make_keys

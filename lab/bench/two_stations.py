@@ -25,8 +25,8 @@ from random import Random
 from typing import Any
 
 from aiohttp import ClientSession
+from flockwire_core.domain.order import Answer, Order
 from flockwire_core.ground.fleet import ON_GROUND
-from flockwire_core.ground.order import Answer, Order
 from flockwire_core.wire.phase import Phase
 from flockwire_operator.station.giving import obey
 from stop import Bench, busy

@@ -6,12 +6,11 @@ from collections.abc import Callable
 from functools import partial
 
 from flockwire_core.domain.airframe import Steer
-from flockwire_core.domain.order import Mission
+from flockwire_core.domain.order import Answer, Mission, Order
 from flockwire_core.domain.vector import Vector
 from flockwire_core.ground.director import POLL_PERIOD, Director, Stage
 from flockwire_core.ground.formation_planning import ChangeRefusedError, plan_in_time
 from flockwire_core.ground.operator import OperatorCore
-from flockwire_core.ground.order import Answer, Order
 from flockwire_core.process.cores import Ground
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message

@@ -10,11 +10,10 @@ from random import Random
 from typing import NamedTuple
 
 from flockwire_core import clock
-from flockwire_core.domain.order import Mission
+from flockwire_core.domain.order import Mission, Order
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground.director import Director, Stage
 from flockwire_core.ground.operator import OperatorCore
-from flockwire_core.ground.order import Order
 from flockwire_core.process.cores import Core, MakeLaw, Start, make_core
 from flockwire_core.process.stopwatch import Stopwatch
 from flockwire_core.swarm.model import Swarm

@@ -19,9 +19,8 @@ from flockwire_analysis.summary import summarise
 from flockwire_analysis.tracking import formation_errors, interpolated
 from flockwire_core.control.assignment import least_cost
 from flockwire_core.control.auction import TOLERANCE, Bid, bids_of, held_place, highest_price
-from flockwire_core.domain.order import Mission
+from flockwire_core.domain.order import Mission, Order
 from flockwire_core.domain.time import SECOND, nanoseconds
-from flockwire_core.ground.order import Order
 from flockwire_core.loading import parse_swarm
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.law_form import LawForm

@@ -12,12 +12,11 @@ from typing import Any
 
 import pytest
 from flockwire_core.domain.airframe import FlightState
-from flockwire_core.domain.order import Mission
+from flockwire_core.domain.order import Mission, Order
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.domain.vector import Vector
 from flockwire_core.ground.director import Director, Stage
 from flockwire_core.ground.fleet import Fleet
-from flockwire_core.ground.order import Order
 from flockwire_core.pilot.reactions import SHUTDOWN
 from flockwire_core.process.cores import Core, Start, make_core
 from flockwire_core.swarm.model import uav

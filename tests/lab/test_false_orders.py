@@ -6,10 +6,9 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from flockwire_core.domain.order import Change, Mission, Version
+from flockwire_core.domain.order import Change, Mission, Order, Version
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground.director import Stage
-from flockwire_core.ground.order import Order
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import Report
 from flockwire_lab.world import EPOCH, World

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import pytest
+from flockwire_core.domain.order import Order
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground.director import Director, Stage
 from flockwire_core.ground.fleet import Fleet
 from flockwire_core.ground.formation_planning import plan_change
-from flockwire_core.ground.order import Order
 from flockwire_lab.world import EPOCH
 
 FORMATIONS = {"control.law": "extended", "formations": {"row": {"kind": "line", "spacing": 0.9, "heading": 1.0}}}

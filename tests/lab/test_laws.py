@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from flockwire_core.domain.order import Order
 from flockwire_core.domain.time import SECOND
-from flockwire_core.ground.order import Order
 from flockwire_core.law import Output
 from flockwire_core.loading import load_swarm, load_table, parse_swarm
 from flockwire_core.own_law import HEIGHT, law_check

@@ -5,8 +5,8 @@ from __future__ import annotations
 from itertools import cycle, product
 
 import pytest
+from flockwire_core.domain.order import Order
 from flockwire_core.domain.time import SECOND, nanoseconds
-from flockwire_core.ground.order import Order
 from flockwire_core.wire.phase import Phase
 from flockwire_lab.world import EPOCH, World
 from order_pairs import CASES, SITUATIONS, VERBS, Case, case_of, fly, swarm

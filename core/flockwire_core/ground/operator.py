@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 
 from flockwire_core.domain.airframe import Telemetry
-from flockwire_core.domain.order import Mission, Stop
+from flockwire_core.domain.order import ENDING, Answer, Mission, Order, Stop
 from flockwire_core.ground.delivery import (
     Answered,
     ChangeDelivery,
@@ -19,7 +19,6 @@ from flockwire_core.ground.delivery import (
 )  # fmt: skip
 from flockwire_core.ground.director import GRACE, Director, Stage
 from flockwire_core.ground.fleet import Fleet
-from flockwire_core.ground.order import ENDING, Answer, Order
 from flockwire_core.pilot.orders import rank
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.codec import Message

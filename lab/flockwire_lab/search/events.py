@@ -6,8 +6,8 @@ from collections.abc import Callable
 from functools import partial
 from typing import Annotated, Any, Literal
 
+from flockwire_core.domain.order import Order
 from flockwire_core.domain.time import nanoseconds
-from flockwire_core.ground.order import Order
 from flockwire_core.swarm.tables import Items, Model, NotNegative, Positive
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import CONSOLE, DRIVER, KINEMATICS, OPERATOR

@@ -6,8 +6,8 @@ not come back by itself, and the landing.
 
 from __future__ import annotations
 
+from flockwire_core.domain.order import Order
 from flockwire_core.domain.time import nanoseconds
-from flockwire_core.ground.order import Order
 from flockwire_core.wire.phase import Phase
 
 from flockwire_lab.faults.injection import RESTART_TIME

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from flockwire_core.ground.order import Order
+from flockwire_core.domain.order import Order
 from flockwire_core.runtime.standard_streams import unblocked
 from flockwire_core.swarm.wording import meant
 from flockwire_core.wire.plan import Plan

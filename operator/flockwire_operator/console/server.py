@@ -20,8 +20,8 @@ from typing import Any
 from aiohttp import WSMsgType, web
 from flockwire_analysis.view import SCRIPTS, filled, joined, outline
 from flockwire_core import clock
+from flockwire_core.domain.order import Answer, Order
 from flockwire_core.domain.time import nanoseconds
-from flockwire_core.ground.order import Answer, Order
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import CONSOLE
 

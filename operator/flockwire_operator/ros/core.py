@@ -9,9 +9,9 @@ import secrets
 from collections import Counter
 from collections.abc import Callable
 
+from flockwire_core.domain.order import Answer, Order
 from flockwire_core.domain.pose import Pose
 from flockwire_core.ground.operator import OperatorCore
-from flockwire_core.ground.order import Answer, Order
 from flockwire_core.process.cores import Ground, Start
 from flockwire_core.swarm.model import DEFAULT_FORMATION, Swarm, uav
 from flockwire_core.wire.codec import Message

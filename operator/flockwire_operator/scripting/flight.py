@@ -6,12 +6,12 @@ from collections.abc import Awaitable, Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from flockwire_core.domain.order import Answer, Order
 from flockwire_core.domain.time import nanoseconds
 from flockwire_core.domain.vector import Vector
 from flockwire_core.ground.director import LEAD_TIME, Stage
 from flockwire_core.ground.fleet import Fleet
 from flockwire_core.ground.operator import OperatorCore
-from flockwire_core.ground.order import Answer, Order
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.plan import Plan

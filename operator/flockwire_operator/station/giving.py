@@ -14,7 +14,7 @@ from contextlib import closing, suppress
 from pathlib import Path
 
 from flockwire_core import clock
-from flockwire_core.ground.order import ENDING, Answer, Order
+from flockwire_core.domain.order import ENDING, Answer, Order
 from flockwire_core.runtime.session import UNKNOWN, RouterAbsentError, Session
 from flockwire_core.security.files import files_of
 from flockwire_core.wire.plan import Plan

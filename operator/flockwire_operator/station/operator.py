@@ -14,12 +14,11 @@ from functools import partial
 from typing import TypeVar
 
 from flockwire_core import clock
-from flockwire_core.domain.order import Mission
+from flockwire_core.domain.order import Mission, Order
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground.delivery import Answered, ChangeDelivery
 from flockwire_core.ground.director import GRACE, POLL_PERIOD
 from flockwire_core.ground.operator import OperatorCore
-from flockwire_core.ground.order import Order
 from flockwire_core.objects import load_object
 from flockwire_core.process.cores import Core
 from flockwire_core.runtime.session import Session

@@ -17,8 +17,8 @@ from datetime import timedelta
 from pathlib import Path
 
 from flockwire_core import clock
+from flockwire_core.domain.order import Order
 from flockwire_core.domain.time import SECOND, nanoseconds
-from flockwire_core.ground.order import Order
 from flockwire_core.runtime.session import RouterAbsentError, Session
 from flockwire_core.security.files import files_of
 from flockwire_core.security.pki import Signer, alternative_names, issue, new_authority, read_authority, save

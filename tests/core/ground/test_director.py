@@ -2,11 +2,10 @@ from dataclasses import dataclass, field
 
 import pytest
 from flockwire_core.domain.airframe import FlightState, Telemetry
-from flockwire_core.domain.order import Mission
+from flockwire_core.domain.order import Mission, Order
 from flockwire_core.domain.time import SECOND
 from flockwire_core.ground.director import GRACE, LEAD_TIME, REPEAT, STAGE_TIME, Director, Stage
 from flockwire_core.ground.fleet import STALE, Fleet
-from flockwire_core.ground.order import Order
 from flockwire_core.ground.order_log import OrderLog
 from flockwire_core.loading import parse_swarm
 from flockwire_core.pilot.orders import Orders, rank

@@ -3,12 +3,11 @@
 import re
 
 import pytest
-from flockwire_core.domain.order import Mission
+from flockwire_core.domain.order import Mission, Order
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import distance, norm
 from flockwire_core.ground.delivery import ChangeDelivery
 from flockwire_core.ground.formation_planning import LEAD_TIME, ChangeRefusedError, plan_change, plan_in_time
-from flockwire_core.ground.order import Order
 from flockwire_core.pilot.orders import flown_formation
 from flockwire_core.swarm.trajectories import speed_of
 from flockwire_core.wire.plan import Plan

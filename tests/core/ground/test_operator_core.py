@@ -7,13 +7,12 @@ from typing import Any
 
 import pytest
 from flockwire_core.domain.airframe import FlightState, Telemetry
-from flockwire_core.domain.order import Mission, Stop
+from flockwire_core.domain.order import Answer, Mission, Order, Stop
 from flockwire_core.domain.time import SECOND
 from flockwire_core.ground.delivery import ANSWER_TIME, LOOK_TIME, STOP_TIME
 from flockwire_core.ground.director import POLL_PERIOD, Stage
 from flockwire_core.ground.fleet import GATEWAY_SILENT
 from flockwire_core.ground.operator import ELSEWHERE, ENDED, OperatorCore
-from flockwire_core.ground.order import Answer, Order
 from flockwire_core.pilot.orders import rank
 from flockwire_core.wire.keys import MISSION, PROPOSAL, STOP, Key
 from flockwire_core.wire.status import Report, Status

@@ -5,11 +5,10 @@ import re
 
 import pytest
 from flockwire_core import clock
-from flockwire_core.domain.order import Change, Mission, Stop
+from flockwire_core.domain.order import Answer, Change, Mission, Order, Stop
 from flockwire_core.domain.time import SECOND
 from flockwire_core.ground import delivery as core
 from flockwire_core.ground import formation_planning
-from flockwire_core.ground.order import Answer, Order
 from flockwire_core.runtime.session import RouterAbsentError
 from flockwire_core.wire.phase import Phase
 from flockwire_operator.cli.orders import app

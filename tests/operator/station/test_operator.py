@@ -6,8 +6,8 @@ from io import StringIO
 import pytest
 from flockwire_core import clock
 from flockwire_core.domain.airframe import FlightState, Telemetry
+from flockwire_core.domain.order import Order
 from flockwire_core.domain.time import SECOND
-from flockwire_core.ground.order import Order
 from flockwire_core.wire.codec import encode
 from flockwire_core.wire.inbox import Inbox, attachment
 from flockwire_core.wire.keys import MISSION, STOP, Key

@@ -4,9 +4,9 @@ import asyncio
 
 import pytest
 from flockwire_core import clock
+from flockwire_core.domain.order import Order
 from flockwire_core.domain.time import SECOND
 from flockwire_core.ground import delivery as core
-from flockwire_core.ground.order import Order
 from flockwire_core.runtime.session import Session
 from flockwire_core.security.pki import make_keys
 from flockwire_operator.station import giving
