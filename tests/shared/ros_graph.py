@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import zenoh
-from flockwire_core.ros.definitions import HASHES, TRIGGER
+from flockwire_core.ros.messages import HASHES, TRIGGER
 from rosbags.typesys import Stores, get_typestore
 
 ATTACHMENT = struct.Struct("<qqB16s")

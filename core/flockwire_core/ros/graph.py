@@ -16,7 +16,7 @@ from collections.abc import Collection, Iterable
 from enum import StrEnum
 from typing import NamedTuple
 
-from flockwire_core.ros.definitions import HASHES
+from flockwire_core.ros.messages import HASHES
 
 TOKENS = "@ros2_lv"
 NODE, NODE_PARTS, END_PARTS = "NN", 9, 13  # of a token: the kind of a node, parts of a node's and of an end's

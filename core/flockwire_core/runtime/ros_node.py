@@ -16,8 +16,8 @@ from typing import NamedTuple
 import zenoh
 import zenoh.ext
 
-from flockwire_core.ros.definitions import TRIGGER
 from flockwire_core.ros.graph import DEFAULT, TOKENS, End, EndKind, Node, Qos, data_key, is_node, publisher_id, read_end
+from flockwire_core.ros.messages import TRIGGER
 from flockwire_core.runtime.configuration import BURST, LARGEST_MESSAGE, basic_configuration
 from flockwire_core.runtime.linger import ignore_linger
 from flockwire_core.runtime.ros_ends import RosInput, RosOutput, RosServices

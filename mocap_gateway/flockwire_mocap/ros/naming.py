@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from flockwire_core.ros.definitions import NAMED_POSES, POSE, POSES, TRANSFORM, TRANSFORMS
-from flockwire_core.ros.messages import NamedPose
+from flockwire_core.ros.messages import NAMED_POSES, POSE, POSES, TRANSFORM, TRANSFORMS, NamedPose
 from flockwire_core.swarm.gateway import BodyTopics
 from flockwire_core.swarm.model import Swarm, uav
 

@@ -7,9 +7,8 @@ from typing import NamedTuple
 
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.cores import Start
-from flockwire_core.ros.definitions import NAMED_POSES, POSES
 from flockwire_core.ros.graph import End
-from flockwire_core.ros.messages import NamedPose, read_poses
+from flockwire_core.ros.messages import NAMED_POSES, POSES, NamedPose, read_poses
 from flockwire_core.wire.cdr import MessageError
 
 from flockwire_mocap.ros.naming import OF_ALL, BodyNames, LengthError

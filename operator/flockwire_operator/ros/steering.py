@@ -9,7 +9,7 @@ from flockwire_core.domain.airframe import Steer
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector, add, limit, scale, subtract
-from flockwire_core.ros.definitions import POSE, TWIST
+from flockwire_core.ros.messages import POSE, TWIST
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.cdr import MessageError
 from flockwire_core.wire.codec import decode

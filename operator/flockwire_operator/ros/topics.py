@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from flockwire_core.ros import definitions
+from flockwire_core.ros import messages
 from flockwire_core.ros.graph import DEFAULT, LATCHED, Qos
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.swarm.ros import Ros, namespace_of
@@ -23,19 +23,19 @@ class Topic(NamedTuple):
     qos: Qos = DEFAULT
 
 
-TF = Topic("/tf", definitions.TRANSFORMS, DEEP)
-TF_STATIC = Topic("/tf_static", definitions.TRANSFORMS, LATCHED)
-DIAGNOSTIC_ARRAY = Topic("/diagnostics", definitions.DIAGNOSTICS)
-MARKER_ARRAY = Topic("/swarm/markers", definitions.MARKERS)
-SWARM_STATUS = Topic("/swarm/status", definitions.DIAGNOSTIC, LATCHED)
-SIM_CLOCK = Topic("/clock", definitions.CLOCK, Qos(reliable=False, depth=1))
+TF = Topic("/tf", messages.TRANSFORMS, DEEP)
+TF_STATIC = Topic("/tf_static", messages.TRANSFORMS, LATCHED)
+DIAGNOSTIC_ARRAY = Topic("/diagnostics", messages.DIAGNOSTICS)
+MARKER_ARRAY = Topic("/swarm/markers", messages.MARKERS)
+SWARM_STATUS = Topic("/swarm/status", messages.DIAGNOSTIC, LATCHED)
+SIM_CLOCK = Topic("/clock", messages.CLOCK, Qos(reliable=False, depth=1))
 SHARED = (TF, TF_STATIC, DIAGNOSTIC_ARRAY, MARKER_ARRAY, SWARM_STATUS)
 CMD_ACCEL = "cmd_accel"  # of drones that are commanded accelerations
 OF_KEYS = {  # by the kind of key: topics of its owner
-    "pose": (("pose", definitions.POSE), ("odom", definitions.ODOMETRY)),
-    "command": (("cmd_vel", definitions.TWIST), (CMD_ACCEL, definitions.ACCELERATION)),
-    "estimate": (("leader_estimate", definitions.ODOMETRY),),
-    "telemetry": (("battery", definitions.BATTERY),),
+    "pose": (("pose", messages.POSE), ("odom", messages.ODOMETRY)),
+    "command": (("cmd_vel", messages.TWIST), (CMD_ACCEL, messages.ACCELERATION)),
+    "estimate": (("leader_estimate", messages.ODOMETRY),),
+    "telemetry": (("battery", messages.BATTERY),),
 }
 
 

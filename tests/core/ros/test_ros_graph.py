@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 from flockwire_core.ros import graph
-from flockwire_core.ros.definitions import HASHES, TRIGGER
 from flockwire_core.ros.graph import DEFAULT, LATCHED, End, EndKind, Node, Qos
+from flockwire_core.ros.messages import HASHES, TRIGGER
 from zenoh_ros2_sdk.entity import EndpointEntity, EntityKind, NodeEntity
 from zenoh_ros2_sdk.keyexpr import endpoint_liveliness_keyexpr, node_liveliness_keyexpr, topic_keyexpr
 from zenoh_ros2_sdk.qos import QosDurability, QosProfile, QosReliability

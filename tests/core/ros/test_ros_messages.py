@@ -6,9 +6,8 @@ from math import isnan
 from typing import Any
 
 import pytest
-from flockwire_core.ros import definitions, messages
-from flockwire_core.ros.definitions import HASHES, TRIGGER
-from flockwire_core.ros.messages import Marker, Shape, marker_array
+from flockwire_core.ros import messages
+from flockwire_core.ros.messages import HASHES, TRIGGER, Marker, Shape, marker_array
 from flockwire_core.wire.cdr import MessageError
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -47,15 +46,15 @@ def test_the_hash_of_the_service_is_that_of_ros_itself() -> None:
 @pytest.mark.parametrize("child", NAMES)
 def test_odometry_and_transforms(frame: str, child: str) -> None:
     data = messages.odometry(NOW, frame, child, (1.0, 2.0, 3.0), (0.0, 0.6, 0.0, 0.8), (4.0, 5.0, 6.0))
-    found = read(data, definitions.ODOMETRY)
-    assert STORE.serialize_cdr(found, definitions.ODOMETRY) == data
+    found = read(data, messages.ODOMETRY)
+    assert STORE.serialize_cdr(found, messages.ODOMETRY) == data
     assert (found.header.stamp.sec, found.header.stamp.nanosec) == divmod(NOW, 10**9)
     assert (found.header.frame_id, found.child_frame_id) == (frame, child)
     assert (found.pose.pose.position.y, found.pose.pose.orientation.w, found.twist.twist.linear.z) == (2.0, 0.8, 6.0)
     poses = [messages.NamedPose(NOW + k, child + str(k) * k, (k, 2.0, 3.0), (0.0, 0.0, 0.6, 0.8)) for k in range(3)]
     data = messages.transforms(frame, poses)
-    found = read(data, definitions.TRANSFORMS)
-    assert STORE.serialize_cdr(found, definitions.TRANSFORMS) == data
+    found = read(data, messages.TRANSFORMS)
+    assert STORE.serialize_cdr(found, messages.TRANSFORMS) == data
     assert [one.child_frame_id for one in found.transforms] == [pose.name for pose in poses]
     assert [one.transform.translation.x for one in found.transforms] == [0.0, 1.0, 2.0]
     assert found.transforms[2].transform.rotation.z == 0.6
@@ -63,8 +62,8 @@ def test_odometry_and_transforms(frame: str, child: str) -> None:
 
 def test_battery() -> None:
     data = messages.battery(NOW, "uav1", 0.5)
-    found = read(data, definitions.BATTERY)
-    assert STORE.serialize_cdr(found, definitions.BATTERY) == data
+    found = read(data, messages.BATTERY)
+    assert STORE.serialize_cdr(found, messages.BATTERY) == data
     assert (found.percentage, found.present, found.header.frame_id) == (0.5, True, "uav1")
     assert isnan(found.voltage)
     assert isnan(found.design_capacity)
@@ -72,9 +71,9 @@ def test_battery() -> None:
 
 def test_diagnostics() -> None:
     status = messages.DiagnosticStatus(messages.WARN, "flock: uav1", "ready", "uav1", (("a", "1"), ("bc", "é")))
-    found = read(messages.diagnostics(NOW, [status, status]), definitions.DIAGNOSTICS)
+    found = read(messages.diagnostics(NOW, [status, status]), messages.DIAGNOSTICS)
     assert [one.name for one in found.status] == ["flock: uav1"] * 2
-    one = read(messages.diagnostic(status), definitions.DIAGNOSTIC)
+    one = read(messages.diagnostic(status), messages.DIAGNOSTIC)
     assert (one.level, one.message, one.hardware_id) == (messages.WARN, "ready", "uav1")
     assert [(value.key, value.value) for value in one.values] == [("a", "1"), ("bc", "é")]
 
@@ -83,8 +82,8 @@ def test_markers() -> None:
     lines = Marker("fence", 3, Shape.LINE_LIST, (1.0, 0.5, 0.0, 1.0), (0.02, 0.0, 0.0), points=((1.0, 2.0, 3.0),) * 2)
     text = Marker("names", 1, Shape.TEXT, (1.0,) * 4, (0.0, 0.0, 0.2), (1.0, 2.0, 3.0), text="uav1")
     data = marker_array(NOW, "world", [lines, text, lines], 0.5)
-    found = read(data, definitions.MARKERS)
-    assert STORE.serialize_cdr(found, definitions.MARKERS) == data
+    found = read(data, messages.MARKERS)
+    assert STORE.serialize_cdr(found, messages.MARKERS) == data
     assert [(one.ns, one.id, one.type) for one in found.markers] == [("fence", 3, 5), ("names", 1, 9), ("fence", 3, 5)]
     assert found.markers[0].points[1].z == 3.0
     assert found.markers[1].text == "uav1"
@@ -92,7 +91,7 @@ def test_markers() -> None:
 
 
 def test_clock_and_trigger() -> None:
-    assert read(messages.clock_reading(NOW), definitions.CLOCK).clock.nanosec == 123_456_789
+    assert read(messages.clock_reading(NOW), messages.CLOCK).clock.nanosec == 123_456_789
     response = messages.trigger_response(False, "not confirmed by uav3")
     found = read(response, RESPONSE)
     assert (found.success, found.message) == (False, "not confirmed by uav3")
@@ -108,22 +107,22 @@ def test_poses_of_rosbags_are_read_and_others_refused() -> None:
         types["geometry_msgs/msg/Point"](1.0, 2.0, 3.0), types["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.6, 0.8)
     )
     header = types["std_msgs/msg/Header"](types["builtin_interfaces/msg/Time"](5, 7), "map")
-    data = bytes(STORE.serialize_cdr(types[definitions.POSES](header, [pose, pose]), definitions.POSES))
+    data = bytes(STORE.serialize_cdr(types[messages.POSES](header, [pose, pose]), messages.POSES))
     one = messages.NamedPose(5_000_000_007, "", (1.0, 2.0, 3.0), (0.0, 0.0, 0.6, 0.8), "map")
-    assert messages.read_poses(definitions.POSES, data) == [one, one]
+    assert messages.read_poses(messages.POSES, data) == [one, one]
     named = [types["motion_capture_tracking_interfaces/msg/NamedPose"](name, pose) for name in ("a", "drone 12")]
-    array = types[definitions.NAMED_POSES](header, named)
-    found = messages.read_poses(definitions.NAMED_POSES, bytes(STORE.serialize_cdr(array, definitions.NAMED_POSES)))
+    array = types[messages.NAMED_POSES](header, named)
+    found = messages.read_poses(messages.NAMED_POSES, bytes(STORE.serialize_cdr(array, messages.NAMED_POSES)))
     assert found == [one._replace(name="a"), one._replace(name="drone 12")]
     transform = types["geometry_msgs/msg/TransformStamped"](
         header,
         "/cf1",
         types["geometry_msgs/msg/Transform"](types["geometry_msgs/msg/Vector3"](1.0, 2.0, 3.0), pose.orientation),
     )
-    single = bytes(STORE.serialize_cdr(transform, definitions.TRANSFORM))
-    assert messages.read_poses(definitions.TRANSFORM, single) == [one._replace(name="cf1")]
-    several = bytes(STORE.serialize_cdr(types[definitions.TRANSFORMS]([transform] * 2), definitions.TRANSFORMS))
-    assert messages.read_poses(definitions.TRANSFORMS, several) == [one._replace(name="cf1")] * 2
+    single = bytes(STORE.serialize_cdr(transform, messages.TRANSFORM))
+    assert messages.read_poses(messages.TRANSFORM, single) == [one._replace(name="cf1")]
+    several = bytes(STORE.serialize_cdr(types[messages.TRANSFORMS]([transform] * 2), messages.TRANSFORMS))
+    assert messages.read_poses(messages.TRANSFORMS, several) == [one._replace(name="cf1")] * 2
     for length in range(len(data) - 4):
         with pytest.raises(MessageError):
-            messages.read_poses(definitions.POSES, data[:length])
+            messages.read_poses(messages.POSES, data[:length])

@@ -7,9 +7,8 @@ from collections.abc import Callable, Iterator
 
 import pytest
 import zenoh
-from flockwire_core.ros.definitions import POSE, TRIGGER
 from flockwire_core.ros.graph import LATCHED, data_key
-from flockwire_core.ros.messages import trigger_response
+from flockwire_core.ros.messages import POSE, TRIGGER, trigger_response
 from flockwire_core.runtime import configuration, ros_node
 from flockwire_core.runtime.ros_ends import CAPACITY, LARGEST, MOST_REQUESTS, RosServices
 from flockwire_core.runtime.ros_node import Place, RosNode, RosRouterAbsentError, join

@@ -4,8 +4,7 @@ import os
 import pytest
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
-from flockwire_core.ros.definitions import NAMED_POSES, POSE, POSES, TRANSFORMS
-from flockwire_core.ros.messages import NamedPose, pose_array, transforms
+from flockwire_core.ros.messages import NAMED_POSES, POSE, POSES, TRANSFORMS, NamedPose, pose_array, transforms
 from flockwire_core.swarm.reading import NO_FILE
 from flockwire_core.wire.cdr import Writer
 from flockwire_core.wire.codec import encode

@@ -10,9 +10,19 @@ import pytest
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
 from flockwire_core.process.cores import Start
-from flockwire_core.ros.definitions import HASHES, NAMED_POSES, ODOMETRY, POSE, POSES, TRANSFORM, TRANSFORMS
 from flockwire_core.ros.graph import End, advice, dds_type
-from flockwire_core.ros.messages import NamedPose, pose_array, transforms
+from flockwire_core.ros.messages import (
+    HASHES,
+    NAMED_POSES,
+    ODOMETRY,
+    POSE,
+    POSES,
+    TRANSFORM,
+    TRANSFORMS,
+    NamedPose,
+    pose_array,
+    transforms,
+)
 from flockwire_core.wire.cdr import Writer
 from flockwire_core.wire.codec import encode
 from flockwire_core.wire.plan import Plan

@@ -7,8 +7,7 @@ import logging
 from collections.abc import Iterable
 
 from flockwire_core.domain.pose import Pose
-from flockwire_core.ros.definitions import POSE, POSES
-from flockwire_core.ros.messages import pose_array
+from flockwire_core.ros.messages import POSE, POSES, pose_array
 from flockwire_core.runtime.ros_ends import RosOutput
 from flockwire_core.runtime.ros_node import Place, RosNode, join
 from flockwire_core.swarm.gateway import RosPoses
