@@ -49,7 +49,6 @@ LEFT_ALONE = {  # of whole folders: no mathematics in floats
     "__init__.py",
     "convergence.py",
     "gains.py",
-    "survey.py",
 }
 
 

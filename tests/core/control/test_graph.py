@@ -65,8 +65,9 @@ def test_a_wrong_graph_is_refused_by_name(followers, edges, rule):
 
 
 def test_the_control_path_does_not_import_numpy():
-    lag = "airframe.first_order_lag"
-    modules = ("graph", "observer", "formation", "key_frames", "survey", "potential", "protocol", lag)
-    imports = ", ".join(f"flockwire_core.control.{module}" for module in modules)
+    modules = ("graph", "observer", "formation", "key_frames", "potential", "protocol", "airframe.first_order_lag")
+    imports = ", ".join(
+        f"flockwire_core.{one}" for one in (*(f"control.{one}" for one in modules), "swarm.formation_rules")
+    )
     code = f"import sys, {imports}; sys.exit('numpy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

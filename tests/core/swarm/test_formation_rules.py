@@ -4,8 +4,8 @@ from math import dist
 import pytest
 from flockwire_core.control.formation import Circle, grid, line
 from flockwire_core.control.key_frames import KeyFrames
-from flockwire_core.control.survey import survey
 from flockwire_core.domain.vector import norm
+from flockwire_core.swarm.formation_rules import survey
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
