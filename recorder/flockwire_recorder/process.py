@@ -6,7 +6,7 @@ import logging
 from collections import Counter
 
 from flockwire_core import clock
-from flockwire_core.process.bystander import make_recorder
+from flockwire_core.process.cores import make_recorder
 from flockwire_core.process.stepping import StepCounts
 from flockwire_core.runtime.ending import Ending, last_resort, wait_for_end
 from flockwire_core.runtime.job import Job, connect_job

@@ -12,6 +12,7 @@ from flockwire_core.process.stopwatch import Stopwatch
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key
+from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.status import Report
 
@@ -157,6 +158,27 @@ class Ground:
     def may_end(self, now: int) -> bool:
         """Return True."""
         return True
+
+
+class Bystander(Ground):
+    """A core that only reports its `phase`: Zenoh passes the router's messages on, the recorder's runner records."""
+
+    def __init__(self, phase: Phase, period: float) -> None:
+        self.period, self._phase = period, phase  # s
+
+    def report(self, now: int) -> Report:
+        """Return its phase."""
+        return Report(self._phase)
+
+
+def make_router(_: Start) -> Bystander:
+    """Return the router's core."""
+    return Bystander(Phase.ROUTING, 0.05)
+
+
+def make_recorder(_: Start | None = None) -> Bystander:
+    """Return the recorder's core; in virtual time the world writes the trace."""
+    return Bystander(Phase.RECORDING, 0.02)
 
 
 def make_core(start: Start) -> Core:

@@ -6,8 +6,7 @@ import pytest
 from flockwire_agent.core import AgentCore
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND
-from flockwire_core.process.bystander import Bystander
-from flockwire_core.process.cores import Ground, Start, make_core
+from flockwire_core.process.cores import Bystander, Ground, Start, make_core
 from flockwire_core.wire.keys import Key
 from flockwire_leader.core import FlyingLeader
 from flockwire_leader.grounded import VirtualLeader

@@ -3,8 +3,7 @@
 import pytest
 from flockwire_core.domain.order import Stop
 from flockwire_core.domain.time import SECOND
-from flockwire_core.process.bystander import Bystander
-from flockwire_core.process.cores import Start, make_core
+from flockwire_core.process.cores import Bystander, Start, make_core
 from flockwire_core.wire.keys import STOP
 
 NOW = 1_790_000_000 * SECOND
