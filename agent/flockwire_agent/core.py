@@ -15,9 +15,9 @@ from flockwire_core.domain.vector import Vector, add
 from flockwire_core.follower_law import follower_law
 from flockwire_core.law import Decision, Observation, Sense
 from flockwire_core.parameters import pilot_parameters
-from flockwire_core.pilot.law_command import LawCommand
 from flockwire_core.pilot.orders import is_known
 from flockwire_core.pilot.pilot import Pilot, shown
+from flockwire_core.pilot.wanted import LawCommand
 from flockwire_core.process.cores import Start
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.codec import Message
@@ -86,7 +86,9 @@ class AgentCore:
         self._judged = (observation, decided) if decided is not None else None
         decision = decided if decided is not None else Decision()
         wanted = site.command(law.command, phase, pilot)
-        messages = pilot.command(self._command.velocity(wanted, pilot, site.place is not None, law.is_late), now)
+        in_formation = site.place is not None
+        wanted = self._command.velocity(wanted, pilot.sent, pilot.dt, pilot.motion, in_formation, law.is_late)
+        messages = pilot.command(wanted, now)
         messages += site.messages(phase, pilot, exchange.estimate(decision), now)
         if decision.signals is not None:
             values = tuple([(signal, float(value)) for signal, value in decision.signals.items()])

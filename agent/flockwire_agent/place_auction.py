@@ -20,7 +20,7 @@ from flockwire_core.law import Pace
 from flockwire_core.parameters import pilot_parameters
 from flockwire_core.pilot.law_messages import HEARTBEAT, LawSender, Speaker
 from flockwire_core.pilot.pilot import Pilot
-from flockwire_core.pilot.place import Place as WaitingPlace
+from flockwire_core.pilot.wanted import Place as WaitingPlace
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key

@@ -11,7 +11,7 @@ from fault_draws import DURATION, Drawn, drawn
 from fault_injector import Injector
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import nanoseconds
-from flockwire_core.pilot.place import CROWDED
+from flockwire_core.pilot.wanted import CROWDED
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.processes import CONSOLE
 from flockwire_lab.process import Published

@@ -6,7 +6,7 @@ from flockwire_core.domain.airframe import Steer
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add, limit, norm, subtract
 from flockwire_core.pilot.phases import age
-from flockwire_core.pilot.place import keep_place
+from flockwire_core.pilot.wanted import keep_place
 from flockwire_core.swarm.model import Swarm
 
 

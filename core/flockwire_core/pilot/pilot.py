@@ -22,10 +22,10 @@ from flockwire_core.objects import load_object
 from flockwire_core.parameters import PilotParameters
 from flockwire_core.pilot.off_place import OffPlace, no_place
 from flockwire_core.pilot.phases import IN_FLIGHT, NEVER, FlightPhases, age, began, command_stamp
-from flockwire_core.pilot.place import CROWDED, Place
 from flockwire_core.pilot.reactions import BLIND, SILENT, SLOW, Reactions
 from flockwire_core.pilot.surroundings import Surroundings
 from flockwire_core.pilot.tracked_body import TrackedBody, foreign, obeys
+from flockwire_core.pilot.wanted import CROWDED, Place
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import STOP, Key

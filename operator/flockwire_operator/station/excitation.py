@@ -17,7 +17,7 @@ from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, add, scale, subtract
 from flockwire_core.parameters import pilot_parameters
 from flockwire_core.pilot.pilot import Pilot
-from flockwire_core.pilot.place import keep_place
+from flockwire_core.pilot.wanted import keep_place
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key

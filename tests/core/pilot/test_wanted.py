@@ -1,15 +1,16 @@
-"""The place that a drone keeps outside the formation."""
+"""The place that a drone keeps outside the formation; accelerations reach an airframe with lag as they are wanted."""
 
-from math import hypot
+from math import exp, hypot
 
 import pytest
 from flockwire_core.domain.body import Body, BodyKind
 from flockwire_core.parameters import pilot_parameters
-from flockwire_core.pilot.place import Place, climb, keep_place
+from flockwire_core.pilot.wanted import AccelerationInput, Place, climb, keep_place
 from flockwire_core.wire.phase import Phase
 from hypothesis import given
 from hypothesis import strategies as st
 
+PERIOD = 0.01  # s
 coordinates = st.floats(-5.0, 5.0)
 vectors = st.tuples(coordinates, coordinates, coordinates)
 
@@ -35,3 +36,23 @@ def test_it_descends_only_where_nobody_is_below(make_swarm, below, sinks):
     body = Body(BodyKind.DRONE, (below, 0.0, -1.0), 0.0)
     x, _, z = Place(parameters).velocity(Phase.LANDING, (0.0, 0.0, 1.0), (body,))
     assert (x < 0.0, z) == (not sinks, -parameters.limits.vertical_speed if sinks else 0.0)
+
+
+def flown(lag, wanted, sent_of=lambda command: command):
+    """Fly a first-order airframe of lag `lag` for a second; returns its velocity along x."""
+    given, v, sent = AccelerationInput(lag, PERIOD), 0.0, (0.0, 0.0, 0.0)
+    for k in range(100):
+        given.follow(sent, PERIOD if k else 0.0)
+        sent = sent_of(given.velocity((wanted, 0.0, 0.0)))
+        v = sent[0] + (v - sent[0]) * (exp(-PERIOD / lag) if lag else 0.0)
+    return v
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.02, 0.1, 0.3])
+def test_the_airframe_accelerates_as_wanted_whatever_its_lag(lag):
+    assert flown(lag, 0.5) == pytest.approx(0.5, abs=1e-9)
+
+
+def test_where_a_filter_limits_the_command_it_goes_on_from_what_the_body_reached():
+    slow = lambda command: (min(command[0], 0.2), 0.0, 0.0)  # noqa: E731
+    assert flown(0.1, 0.5, slow) == pytest.approx(0.2, abs=0.02)
