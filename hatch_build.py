@@ -21,7 +21,7 @@ COMPILED = (
         for name in ("batch", "cdr", "codec", "inbox", "orders", "phase", "sighting", "status")
     ),
     "core/flockwire_core/pilot",
-    *(f"core/flockwire_core/ground/{name}.py" for name in ("fleet", "known_orders", "order_log")),
+    *(f"core/flockwire_core/ground/{name}.py" for name in ("fleet", "order_log")),
     *(f"core/flockwire_core/process/{name}.py" for name in ("corrected_clock", "stepping", "timekeeping")),
     *(f"core/flockwire_core/runtime/{name}.py" for name in ("samples", "shell", "ticker", "topics")),
     "core/flockwire_core/clock.py",

@@ -16,7 +16,7 @@ from flockwire_core.domain.vector import Vector
 from flockwire_core.ground.director import LEAD_TIME, Director, Stage
 from flockwire_core.ground.first_places import with_first_places, with_held_places
 from flockwire_core.ground.fleet import FLYING, GATEWAY_SILENT, IN_THE_AIR, Fleet
-from flockwire_core.ground.known_orders import KnownOrders
+from flockwire_core.ground.order_log import KnownOrders
 from flockwire_core.pilot.orders import UNNUMBERED, rank
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.phase import Phase

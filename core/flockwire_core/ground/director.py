@@ -13,7 +13,7 @@ from flockwire_core.domain.order import IN_FORMATION, Mission, Order
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground.first_places import with_first_places
 from flockwire_core.ground.fleet import FLYING, STALE, Fleet, Lost
-from flockwire_core.ground.known_orders import KnownOrders
+from flockwire_core.ground.order_log import KnownOrders
 from flockwire_core.ground.preflight import problems
 from flockwire_core.pilot.orders import rank
 from flockwire_core.wire.phase import Phase

@@ -4,7 +4,7 @@ from flockwire_core.domain.order import Answer, Mission, Order
 from flockwire_core.domain.time import SECOND
 from flockwire_core.ground.delivery import ANSWER_TIME, ChangeDelivery, DownDelivery, StartDelivery
 from flockwire_core.ground.fleet import Fleet
-from flockwire_core.ground.known_orders import UNKNOWN
+from flockwire_core.ground.order_log import UNKNOWN
 from flockwire_core.pilot.orders import UNNUMBERED
 from flockwire_core.wire.status import Report, Status
 

@@ -4,7 +4,7 @@ import pytest
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
 from flockwire_core.ground.fleet import Fleet
-from flockwire_core.ground.known_orders import PATIENCE, UNKNOWN, KnownOrders
+from flockwire_core.ground.order_log import PATIENCE, UNKNOWN, KnownOrders
 from flockwire_core.wire.status import Report, Status
 
 NOW = 1_790_000_000 * SECOND
