@@ -14,8 +14,7 @@ from flockwire_core.domain.vector import ZERO
 from flockwire_core.follower_law import LateAnswerError, raised
 from flockwire_core.law import RELAYING, Decision, Information, Law, Observation, check_decision
 from flockwire_core.objects import FAILURES
-from flockwire_core.process.cores import Aside, at_once
-from flockwire_core.process.stopwatch import Stopwatch
+from flockwire_core.process.cores import Aside, Stopwatch, at_once
 from flockwire_core.wire.law_form import LawForm, packed
 from flockwire_core.wire.status import LAW_FAILED, Reason
 

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from flockwire_core.process.stopwatch import SLOW
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.information import relays
-from flockwire_core.wire.status import APART, LAW_FAILED, LEFT_OUT
+from flockwire_core.wire.status import APART, LAW_FAILED, LAW_SLOW, LEFT_OUT
 
 from flockwire_analysis import gaps, outcomes
 from flockwire_analysis.conformance import deviations
@@ -137,7 +136,7 @@ def _record(trace: Trace, figures: Summary, no_formation: str) -> tuple[Check, .
     bounds, gap = trace.swarm.checks, gaps.longest_gap(trace)
     slowest = min((share for share in figures.rate.values() if share is not None), default=None)
     where = gaps.where(trace, gap) if gap.length > bounds.recording_gap else ""
-    slow = tuple({text.partition(":")[0]: text for text in trace.reasons[SLOW]}.values())  # the last of each drone
+    slow = tuple({text.partition(":")[0]: text for text in trace.reasons[LAW_SLOW]}.values())  # the last of each drone
     return (
         _at_least("control rate", slowest, bounds.control_rate, "of the steps", no_formation, _listed(slow)),
         _at_most("recording", gap.length, bounds.recording_gap, "s", "", "without recorded messages", where),

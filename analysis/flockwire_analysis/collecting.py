@@ -9,12 +9,11 @@ from pathlib import Path
 from typing import Final
 
 from flockwire_core.domain.order import Mission, Stop, Version
-from flockwire_core.process.stopwatch import SLOW
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import ROWS, Key
 from flockwire_core.wire.plan import Plan
-from flockwire_core.wire.status import APART, LAW_FAILED, LEFT_OUT, MOTORS_OFF, Status
+from flockwire_core.wire.status import APART, LAW_FAILED, LAW_SLOW, LEFT_OUT, MOTORS_OFF, Status
 from flockwire_recorder.trace import count_lost, publication_time
 
 from flockwire_analysis.columns import Columns
@@ -25,7 +24,7 @@ from flockwire_analysis.series import movers_of, series_of, signals_of
 DAY: Final = 86_400 * 1_000_000_000  # ns
 FOREVER: Final = 1 << 61  # ns
 WATCHED = frozenset(kind for kind, row in ROWS.items() if row.message in (Mission, Stop, Status))
-REASONS: Final = (LAW_FAILED, LEFT_OUT, APART, MOTORS_OFF, SLOW)  # codes of those that are judged
+REASONS: Final = (LAW_FAILED, LEFT_OUT, APART, MOTORS_OFF, LAW_SLOW)  # codes of those that are judged
 FOLLOWED: Final = 20  # messages in succession that show that the clock was set by more than a day
 
 

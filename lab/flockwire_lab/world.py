@@ -14,8 +14,7 @@ from flockwire_core.domain.order import Mission, Order
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.ground.director import Director, Stage
 from flockwire_core.ground.operator import OperatorCore
-from flockwire_core.process.cores import Core, MakeLaw, Start, make_core
-from flockwire_core.process.stopwatch import Stopwatch
+from flockwire_core.process.cores import Core, MakeLaw, Start, Stopwatch, make_core
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import OPERATOR, TELEOP

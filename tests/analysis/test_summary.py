@@ -11,9 +11,9 @@ from flockwire_analysis.separation import surface_distance
 from flockwire_analysis.summary import summarise
 from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
-from flockwire_core.process.stopwatch import SLOW
 from flockwire_core.swarm.tables import Obstacle
 from flockwire_core.wire.keys import Key
+from flockwire_core.wire.status import LAW_SLOW
 
 KEYS = [
     "duration_s", "mission_start_ns", "drones", "left_out", "observation_error_m", "formation_error_m",
@@ -128,7 +128,7 @@ def test_a_slow_agent_fails(fly):
 def test_a_slow_agent_whose_law_is_slow_says_so(fly):
     trace = read_trace(fly(begin=-1.0, end=6.0, skipped=40))
     told = ("uav1: its law takes 12 ms", "uav2: its law takes 11 ms", "uav1: its law takes 13 ms")
-    check = named(summarise(replace(trace, reasons=trace.reasons | {SLOW: told})))["control rate"]
+    check = named(summarise(replace(trace, reasons=trace.reasons | {LAW_SLOW: told})))["control rate"]
     assert "uav1: its law takes 13 ms; uav2: its law takes 11 ms" in check.sentence()
 
 

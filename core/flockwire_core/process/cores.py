@@ -1,4 +1,4 @@
-"""The interface of a core, its start, and its construction by the process table."""
+"""The interface of a core, what it is given at its start, and its construction by the process table."""
 
 from __future__ import annotations
 
@@ -6,15 +6,17 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import Future
 from typing import NamedTuple, Protocol, cast, runtime_checkable
 
+from flockwire_core.domain.time import SECOND
 from flockwire_core.law import Law
 from flockwire_core.objects import load_object
-from flockwire_core.process.stopwatch import Stopwatch
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.plan import Plan
-from flockwire_core.wire.status import Report
+from flockwire_core.wire.status import LAW_SLOW, Reason, Report
+
+TAKES = "its law takes {step:.0f} ms for a step, the control period is {period:g} ms: steps are missed"
 
 
 class Randomness(Protocol):
@@ -35,6 +37,36 @@ class Store(Protocol):
 
     def write(self, data: bytes) -> None:
         """Keep `data`; does not wait for it."""
+
+
+class Stopwatch:
+    """Measures in real time how long the steps of a law take, by the clock `read` (ns); no core decides by it.
+
+    They are due every `period` s.
+    """
+
+    def __init__(self, read: Callable[[], int], period: float) -> None:
+        self._read, self._period = read, period
+        self._began = self._spent = self._steps = 0
+        self._slowest = 0.0
+
+    def begin(self) -> None:
+        """Note that a step begins."""
+        self._began = self._read()
+
+    def end(self) -> None:
+        """Note that it ends."""
+        self._spent += self._read() - self._began
+        self._steps += 1
+
+    def reason(self) -> Reason | None:
+        """Return the reason that names the longest mean so far, if the steps since the last call took too long."""
+        mean = self._spent / (max(self._steps, 1) * SECOND)
+        self._spent = self._steps = 0
+        if mean <= self._period:
+            return None
+        self._slowest = max(self._slowest, mean)
+        return Reason(LAW_SLOW, TAKES.format(step=1e3 * self._slowest, period=1e3 * self._period))
 
 
 Aside = Callable[[Callable[[], object]], Future[object]]  # begins a computation beside a core

@@ -10,8 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Final, NamedTuple
 
 from flockwire_core.domain.time import SECOND
-from flockwire_core.process.cores import Core, Framed
-from flockwire_core.process.stopwatch import Stopwatch
+from flockwire_core.process.cores import Core, Framed, Stopwatch
 from flockwire_core.process.timekeeping import Timekeeping
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.inbox import Input, rejections, shifted

@@ -13,9 +13,8 @@ from random import Random
 
 from flockwire_core import clock
 from flockwire_core.law import Law
-from flockwire_core.process.cores import Core, Start
+from flockwire_core.process.cores import Core, Start, Stopwatch
 from flockwire_core.process.stepping import StatusPublisher, StepCounts, Stepper, prompt_keys, tick_period
-from flockwire_core.process.stopwatch import Stopwatch
 from flockwire_core.process.timekeeping import patience
 from flockwire_core.runtime.ending import Ending, last_resort, wait_for_end
 from flockwire_core.runtime.job import FileStore, Job, connect_job

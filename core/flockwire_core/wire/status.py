@@ -17,6 +17,7 @@ MOST_REASONS: Final = 8  # reasons in a message
 LONGEST_TEXT: Final = 256  # characters of any text in a message (bytes of UTF-8 of those written here)
 SERIAL = "serial"  # the code of the reason with the serial number of a driver's drone
 LAW_FAILED = "law failed"  # the code of the reason with a law's error and its place
+LAW_SLOW = "law slow"  # that of a law whose steps take longer than the control period
 MOTORS_OFF = "motors off"  # of the reason of an airframe that stopped its motors by itself; its text begins with uavN
 LEFT_OUT = "estimate left out"  # of the reason that names neighbours whose estimates contradict the others
 SILENT = "neighbour silent"  # of the reason that names neighbours that a law neither sees nor hears

@@ -9,12 +9,12 @@ from itertools import count
 import pytest
 from flockwire_agent.extended_law import ExtendedLaw
 from flockwire_core.domain.time import SECOND
+from flockwire_core.process.cores import TAKES, Stopwatch
 from flockwire_core.process.stepping import StatusPublisher, StepCounts
-from flockwire_core.process.stopwatch import SLOW, TAKES, Stopwatch
 from flockwire_core.process.timekeeping import timekeeping
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.plan import Plan
-from flockwire_core.wire.status import Report, Status
+from flockwire_core.wire.status import LAW_SLOW, Report, Status
 from flockwire_lab.process import NO_RESOURCES
 from flockwire_lab.world import World
 
@@ -42,7 +42,7 @@ def test_only_a_mean_above_the_period_is_a_reason() -> None:
     slow = measured([29, 31])
     reason = slow.reason()
     assert reason is not None
-    assert (reason.code, reason.text) == (SLOW, NAMED)
+    assert (reason.code, reason.text) == (LAW_SLOW, NAMED)
     assert slow.reason() is None  # no step since
 
 
