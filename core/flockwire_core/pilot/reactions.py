@@ -136,7 +136,7 @@ class Reactions:
     What it has of its neighbours are estimates of the leader, if its law `relays` them.
     """
 
-    def __init__(self, limits: Limits, driver: str, leaders: tuple[int, ...] = (0,), relays: bool = True) -> None:
+    def __init__(self, limits: Limits, driver: str, leaders: tuple[int, ...], relays: bool) -> None:
         self._bounds = [Bound(row, limits) for row in TABLE]
         self._driver, self._leaders, self._relays = driver, leaders, relays
 

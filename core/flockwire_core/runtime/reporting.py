@@ -59,7 +59,7 @@ class ProcessResources:
     over to another one.
     """
 
-    def __init__(self, session: Session, refusals: Refusals, loop: asyncio.AbstractEventLoop | None = None) -> None:
+    def __init__(self, session: Session, refusals: Refusals, loop: asyncio.AbstractEventLoop | None) -> None:
         self._session, self._refusals, self._loop = session, refusals, loop
         self._links: tuple[str, ...] = ()
         self._resident = 0

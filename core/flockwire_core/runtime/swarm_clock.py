@@ -36,9 +36,7 @@ class SwarmClock:
         if outgoing := self.timekeeping.step(clock.now()):
             self._session.publish(outgoing)
 
-    async def wait_for_time(
-        self, ended: asyncio.Event, seconds: float, idle: Callable[[], None] = lambda: None
-    ) -> None:
+    async def wait_for_time(self, ended: asyncio.Event, seconds: float, idle: Callable[[], None]) -> None:
         """Wait until swarm time is known, the process must end, or `seconds` have passed.
 
         `idle` is called repeatedly if that takes longer than LONG.

@@ -236,7 +236,7 @@ class Swarm(Model):
         """Return the formation called `name`, the swarm's first one when empty; KeyError when there is none."""
         return self.formation_table(name).build(len(self.followers))
 
-    def formation_table(self, name: str = "") -> FormationTable:
+    def formation_table(self, name: str) -> FormationTable:
         """Return the table of the formation called `name`, the first one's when empty; KeyError when there is none."""
         return self._formations[name]
 

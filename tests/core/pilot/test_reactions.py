@@ -3,7 +3,7 @@ from flockwire_core.pilot.reactions import BLIND, HOLD, INPUTS, LAND, REACTIONS,
 from flockwire_core.swarm.tables import Limits
 from flockwire_core.wire.phase import Phase
 
-REACTIONS_OF_ONE = Reactions(Limits(), "driver1")
+REACTIONS_OF_ONE = Reactions(Limits(), "driver1", (0,), relays=True)
 CALM = dict.fromkeys(INPUTS, 0.0) | {"battery": 1.0, "woke": 60.0}
 
 

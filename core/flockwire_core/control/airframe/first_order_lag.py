@@ -67,16 +67,14 @@ def critical_gain(lag: float, dead_time: float) -> float:
     return w * sqrt(1.0 + (w * lag) ** 2)
 
 
-def smallest_smoothing(
-    formation_gain: float, compensation_gain: float, lag: float, dead_time: float, margin: float = 2.0
-) -> float | None:
+def smallest_smoothing(formation_gain: float, compensation_gain: float, lag: float, dead_time: float) -> float | None:
     """Return the smallest epsilon in m at which the loop of (9) does not oscillate, None if there is none.
 
-        K + phi / epsilon <= critical_gain / margin
+        K + phi / epsilon <= critical_gain / 2        (a gain margin of 2)
 
     The left side is the slope of (9) at zero error. `formation_gain` is K in 1/s, `compensation_gain` phi in m/s, `lag`
-    and `dead_time` in s as for `critical_gain`, `margin` >= 1 the gain margin. None means that K alone is too high; 0.0
-    that every epsilon > 0 is enough.
+    and `dead_time` in s as for `critical_gain`. None means that K alone is too high; 0.0 that every epsilon > 0 is
+    enough.
     """
-    room = critical_gain(lag, dead_time) / margin - formation_gain
+    room = critical_gain(lag, dead_time) / 2.0 - formation_gain
     return compensation_gain / room if room > 0.0 else None

@@ -68,7 +68,7 @@ def test_without_dead_time_every_gain_is_stable():
 
 @given(st.floats(0.1, 5.0), st.floats(0.01, 2.0), st.floats(0.0, 0.5), st.floats(0.01, 0.3))
 def test_the_smallest_smoothing_meets_the_margin_exactly(formation_gain, compensation_gain, lag, dead_time):
-    smoothing = smallest_smoothing(formation_gain, compensation_gain, lag, dead_time, margin=2.0)
+    smoothing = smallest_smoothing(formation_gain, compensation_gain, lag, dead_time)
     allowed = critical_gain(lag, dead_time) / 2.0
     if smoothing is None:
         assert formation_gain >= allowed
