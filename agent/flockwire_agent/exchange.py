@@ -11,9 +11,8 @@ from flockwire_core.domain.law_message import Signals
 from flockwire_core.domain.motion import Estimate, LeaderMotion, Leading
 from flockwire_core.domain.time import nanoseconds
 from flockwire_core.law import Decision, Heard, Information, Seen
-from flockwire_core.pilot.law_messages import Hearing, LawSender
 from flockwire_core.pilot.neighbourhood import Neighbourhood
-from flockwire_core.pilot.sight import Presence, Sight
+from flockwire_core.pilot.senses import Hearing, LawSender, Presence, Sight
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.information import relays, sees, signs, speakers

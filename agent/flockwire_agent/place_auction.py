@@ -18,8 +18,8 @@ from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.domain.vector import ZERO, Vector, subtract
 from flockwire_core.law import Pace
 from flockwire_core.parameters import pilot_parameters
-from flockwire_core.pilot.law_messages import HEARTBEAT, LawSender, Speaker
 from flockwire_core.pilot.pilot import Pilot
+from flockwire_core.pilot.senses import HEARTBEAT, LawSender, Speaker
 from flockwire_core.pilot.wanted import Place as WaitingPlace
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message

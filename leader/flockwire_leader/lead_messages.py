@@ -13,7 +13,7 @@ from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import ZERO, Vector, scale, subtract
 from flockwire_core.follower_law import raised
 from flockwire_core.objects import FAILURES, load_object
-from flockwire_core.pilot.law_messages import LawSender
+from flockwire_core.pilot.senses import LawSender
 from flockwire_core.swarm.laws import law_object
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from flockwire_core.domain.law_message import LawMessage
-from flockwire_core.pilot.law_messages import MOST_NEWS, Speaker
+from flockwire_core.pilot.senses import MOST_NEWS, Speaker
 from flockwire_core.wire.information import numbers
 from flockwire_core.wire.law_form import LawForm
 
