@@ -19,9 +19,9 @@ from rich.live import Live
 from flockwire_operator.station.answers import state, text
 from flockwire_operator.station.connecting import connected
 from flockwire_operator.station.operator import Operator
+from flockwire_operator.station.terminal.display import Rates, draw
 from flockwire_operator.station.terminal.interrupts import interrupts
 from flockwire_operator.station.terminal.keyboard import foreground
-from flockwire_operator.station.terminal.table import Rates, draw
 
 LOOK_TIME = 1.5  # s for all linked processes to report
 

@@ -13,8 +13,8 @@ from flockwire_core.wire.inbox import Inbox, attachment
 from flockwire_core.wire.keys import MISSION, STOP, Key
 from flockwire_core.wire.status import Report, Status
 from flockwire_operator.station.operator import Operator
-from flockwire_operator.station.terminal.table import Rates
-from flockwire_operator.station.terminal.table import draw as draw_table
+from flockwire_operator.station.terminal.display import Rates
+from flockwire_operator.station.terminal.display import draw as draw_table
 from rich.console import Console
 
 
