@@ -11,7 +11,7 @@ import typer
 from flockwire_core.swarm.airframes import AIRFRAMES
 from typer.core import TyperGroup
 
-from flockwire_operator.cli import airframes, files, flights, kinds, orders, studies, traces, tracker
+from flockwire_operator.cli import devices, files, flights, kinds, orders, studies, traces
 from flockwire_operator.cli.arguments import application
 
 OF_AIRFRAMES = tuple(row.command.rpartition(":")[2].replace("_", "-") for row in AIRFRAMES if row.command)
@@ -37,7 +37,7 @@ class SectionedGroup(TyperGroup):
 
 
 app = application(SectionedGroup)
-for part in (files, flights, studies, orders, airframes, traces, tracker):
+for part in (files, flights, studies, orders, devices, traces):
     app.add_typer(part.app)
 
 
