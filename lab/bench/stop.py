@@ -52,7 +52,7 @@ class Bench:
         make_keys(self.plan, self.keys, clock.utc())
         self.host = Host(self.plan, self.file, "localhost", self.out, self.keys)
         self.session = Session(self.plan, OPERATOR.kind, self.keys)
-        self.operator, self.loop = Operator(self.plan, self.session), asyncio.new_event_loop()
+        self.operator, self.loop = Operator(self.session), asyncio.new_event_loop()
 
     def start(self, *identities: str) -> None:
         """Start processes."""

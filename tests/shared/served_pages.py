@@ -16,7 +16,7 @@ TOKEN = "token"
 @asynccontextmanager
 async def serving(swarm: SimulatedSwarm, address: str = "localhost") -> AsyncIterator[tuple[Pages, int]]:
     """Serve the pages of a swarm; yields them and the port."""
-    pages = Pages(swarm.plan, Operator(swarm.plan, swarm), TOKEN, address)
+    pages = Pages(swarm.plan, Operator(swarm), TOKEN, address)
     runner = web.AppRunner(pages.application(), access_log=None)
     await runner.setup()
     await web.TCPSite(runner, "127.0.0.1", 0).start()

@@ -15,7 +15,7 @@ from flockwire_core.wire.inbox import Inbox
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.plan import Plan
-from flockwire_core.wire.processes import GATEWAY
+from flockwire_core.wire.processes import GATEWAY, OPERATOR
 from flockwire_core.wire.status import Report, Status
 
 GROUND = (Phase.GROUNDED, Phase.READY)
@@ -86,7 +86,9 @@ class Source:
 
 
 class SimulatedSwarm:
-    """The pilots of `plan`, a gateway, and what was published to them; stands for a session."""
+    """The pilots of `plan`, a gateway, and what was published to them; stands for an operator's session."""
+
+    identity = OPERATOR.kind
 
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
@@ -114,7 +116,7 @@ class SimulatedSwarm:
             pilot.phase, pilot.mission = phase, self._gateway.order
 
     def linked(self) -> tuple[str, ...]:
-        return self.plan.dials["operator"]
+        return self.plan.dials[self.identity]
 
     def buffered(self, key: Key) -> Source:
         return Source(self, key)

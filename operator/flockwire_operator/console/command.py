@@ -126,7 +126,7 @@ async def serve(plan: Plan, keys: Path, address: str, port: int, foxglove: int |
         viewers = None
         if foxglove is not None:
             viewers = stack.enter_context(closing(FoxgloveServer(plan, CONSOLE.kind, session, address, foxglove)))
-        pages = Pages(plan, Operator(plan, session, CONSOLE.kind), token, address)
+        pages = Pages(plan, Operator(session), token, address)
         stack.enter_context(malformed_counted())
         runner = web.AppRunner(pages.application(), access_log=None)
         await runner.setup()

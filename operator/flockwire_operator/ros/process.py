@@ -40,7 +40,7 @@ class RosProcess:
         self._plan, self._counts, identity = session.plan, StepCounts(), session.identity
         self._log = logging.getLogger(identity)
         self.core = RosCore(self._plan)
-        self._operator = Operator(self._plan, session, identity, self.core.operator, self.core)
+        self._operator = Operator(session, self.core.operator, self.core)
         self._status = status_publisher(session, refusals, self._operator.clock.timekeeping)
         self._node: RosNode | None = None
         self._outputs: dict[Topic, RosOutput] = {}

@@ -66,7 +66,7 @@ async def conduct(plan: Plan, keys: Path, duration: float, out: Path | None, hea
         if session is None:
             return UNANSWERED
         with session:
-            operator, display = Operator(plan, session), Display(plan, plan.started, headless)
+            operator, display = Operator(session), Display(plan, plan.started, headless)
             # Without a gateway this host's time is used.
             await operator.watch(LOOK_TIME / SECOND, lambda: operator.core.knows_time)
             operator.conduct(duration, grace=comes_back)

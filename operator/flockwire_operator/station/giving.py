@@ -41,7 +41,7 @@ async def give(plan: Plan, keys: Path, order: Order) -> Answer:
         why = await why_unlinked(plan, keys, plan.routers)
         return Answer(refusal=f"the router at {plan.endpoints[plan.routers[0]]} does not answer: {why}")
     with session:
-        operator = Operator(plan, session)
+        operator = Operator(session)
         answer = await obey(operator, order, clock.uptime())
         return await _explained(answer, plan, keys, session, bool(operator.statuses)) if answer.failure else answer
 

@@ -49,7 +49,7 @@ class Seen(NamedTuple):
 async def look(plan: Plan, keys: Path) -> Seen:
     """Observe for 4 s; raises CredentialsError, RouterAbsentError."""
     with Session(plan, OPERATOR.kind, keys) as session:
-        operator = Operator(plan, session)
+        operator = Operator(session)
         positions: dict[int, list[Vector]] = {drone: [] for drone in plan.pilots}
 
         def note() -> bool:

@@ -25,8 +25,6 @@ from flockwire_core.runtime.session import Session
 from flockwire_core.runtime.swarm_clock import SwarmClock
 from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.keys import TIME_REPLY
-from flockwire_core.wire.plan import Plan
-from flockwire_core.wire.processes import OPERATOR
 
 PLAN = "flockwire_core.ground.formation_planning:plan_in_time"  # needs the extra `station`: numpy and scipy
 
@@ -34,25 +32,19 @@ Result = TypeVar("Result")
 
 
 class Operator:
-    """Runs the core of `identity`, the operator or one with the same rights, on `session`.
+    """Runs the core of an operator, or of a process with the same rights, on its `session`.
 
-    `outer` is the core of `identity` if it does more than give orders; it has `core` in it.
+    `outer` is the process's core if it does more than give orders; it has `core` in it.
     """
 
-    def __init__(
-        self,
-        plan: Plan,
-        session: Session,
-        identity: str = OPERATOR.kind,
-        core: OperatorCore | None = None,
-        outer: Core | None = None,
-    ) -> None:
+    def __init__(self, session: Session, core: OperatorCore | None = None, outer: Core | None = None) -> None:
+        plan, identity = session.plan, session.identity
         self.core = core or OperatorCore(plan, partial(secrets.randbits, 31))
         self.statuses, self.telemetry = self.core.statuses, self.core.telemetry
         self.clock = SwarmClock(plan, identity, session)
         self.clock.timekeeping.follow(self.core.correct)
         self.inputs = [session.buffered(key) for key in plan.subscribes[identity] if key.kind != TIME_REPLY]
-        self._plan, self._session = plan, session
+        self._session = session
         self._outer: Core | OperatorCore = outer or self.core
         self._planning: dict[ChangeDelivery, asyncio.Task[None]] = {}
         self.core.knows_time = self.clock.known()
@@ -91,7 +83,7 @@ class Operator:
             self._planning.pop(made).cancel()
         for made in waiting:
             if made not in self._planning:
-                self._planning[made] = asyncio.create_task(_answer(self._plan.swarm, made))
+                self._planning[made] = asyncio.create_task(_answer(self._session.plan.swarm, made))
 
     async def run(self, turn: Callable[[int], Result | None], period: float | None = None) -> Result:
         """Poll, step and publish until `turn`, called with the time (Unix ns) before each step, returns something.

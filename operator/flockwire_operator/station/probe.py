@@ -91,7 +91,7 @@ async def run(plan: Plan, swarm_file: Path, keys: Path, out: Path) -> list[Devia
         print(f"flockwire: {plan.swarm.name} does not run: starting it, on the ground")
     host = Host(plan, swarm_file, next(iter(plan.swarm.hosts)), out, keys)
     async with started(host, () if runs else plan.started, OPERATOR.kind, Interrupts()) as (_, session):
-        operator = Operator(plan, session)
+        operator = Operator(session)
         operator.poll()  # its clock is corrected in this loop, not in the threads' loops
         for line in await asyncio.to_thread(_await_all, plan, operator):
             print(f"flockwire: note: {line}")
@@ -112,7 +112,7 @@ async def _runs(plan: Plan, keys: Path) -> bool:
     except RouterAbsentError:
         return False
     with session:
-        operator = Operator(plan, session)
+        operator = Operator(session)
         operator.poll()
         await asyncio.to_thread(_watch, operator, answer_time)
         return bool(operator.statuses)

@@ -199,6 +199,6 @@ async def running(host: Host, interrupted: Interrupts) -> AsyncIterator[tuple[Ch
     with alone(host), flown(host.swarm_file, flown_by(host.plan.swarm, host.swarm_file, host.keys)):
         routers = [router for router in host.plan.routers if router in host.processes]
         async with started(host, routers, OPERATOR.kind, interrupted) as (children, session):
-            operator = Operator(host.plan, session)
+            operator = Operator(session)
             await start_processes(host, children, operator, interrupted)
             yield children, operator

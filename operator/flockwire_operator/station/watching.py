@@ -43,7 +43,7 @@ async def watch(plan: Plan, keys: Path, once: bool, as_json: bool = False) -> tu
         if session is None:
             return plan.started
         with session:
-            operator, rates = Operator(plan, session), Rates()
+            operator, rates = Operator(session), Rates()
             await operator.watch(LOOK_TIME, lambda: len(operator.statuses) >= len(plan.started))
             if as_json:
                 print(text(state(plan, operator.statuses, operator.poll())))
@@ -70,7 +70,7 @@ async def flying(plan: Plan, keys: Path) -> tuple[str, ...]:
     except (CredentialsError, RouterAbsentError):
         return ()  # no process accepts these keys, or none runs
     with session:
-        operator = Operator(plan, session)
+        operator = Operator(session)
         await operator.watch(LOOK_TIME)
         states = operator.core.fleet(operator.poll()).present().states
         airborne = [uav(drone) for drone, state in states.items() if state in IN_THE_AIR]

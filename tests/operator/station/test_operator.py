@@ -25,8 +25,10 @@ def status(identity, report, stamp):
 class Wire:
     """Stands for a session: what is put on a key waits until it is taken."""
 
-    def __init__(self):
-        self.waiting, self.published = {}, []
+    identity = "operator"
+
+    def __init__(self, plan):
+        self.plan, self.waiting, self.published = plan, {}, []
 
     def buffered(self, key):
         self.waiting[key] = deque()
@@ -51,19 +53,19 @@ class Source:
 
 
 @pytest.fixture
-def wire():
-    return Wire()
+def wire(make_plan):
+    return Wire(make_plan())
 
 
-def test_a_status_is_its_processes_own(make_plan, wire):
-    operator = Operator(make_plan(), wire)
+def test_a_status_is_its_processes_own(wire):
+    operator = Operator(wire)
     wire.put("uav1", status("uav1", Report("hold"), clock.now()))
     operator.poll()
     assert {name: told.report.phase for name, told in operator.statuses.items()} == {"uav1": "hold"}
 
 
-def test_telemetry_is_of_the_drone_whose_key_it_came_on(make_plan, wire):
-    operator = Operator(make_plan(), wire)
+def test_telemetry_is_of_the_drone_whose_key_it_came_on(wire):
+    operator = Operator(wire)
     flying = Telemetry(clock.now(), "world", FlightState.FLYING, 0.5, 1.0, 0.0)
     wire.put("uav3", flying, "telemetry")
     operator.poll()
@@ -73,8 +75,8 @@ def test_telemetry_is_of_the_drone_whose_key_it_came_on(make_plan, wire):
     assert "uav3" in fleet.not_down()
 
 
-def test_orders_go_to_their_keys_at_once_a_stop_first(make_plan, wire):
-    operator = Operator(make_plan(), wire)
+def test_orders_go_to_their_keys_at_once_a_stop_first(wire):
+    operator = Operator(wire)
     operator.ask(Order("land"))
     operator.ask(Order("stop", reason="test"))
     (first, land), (second, stop), (third, again) = wire.published
@@ -83,8 +85,8 @@ def test_orders_go_to_their_keys_at_once_a_stop_first(make_plan, wire):
 
 
 @pytest.mark.parametrize("name", ["uav1", "leader", "nobody", ""])
-def test_no_process_reports_another(make_plan, wire, name):
-    operator = Operator(make_plan(), wire)
+def test_no_process_reports_another(wire, name):
+    operator = Operator(wire)
     wire.put("uav1", status("uav1", Report("landing"), clock.now() - SECOND // 2))
     operator.poll()
     wire.put("uav3", status(name, Report("ready"), clock.now()))

@@ -28,7 +28,7 @@ def test_what_is_blocked_is_looked_at_again(make_plan, monkeypatch, tmp_path, ar
     monkeypatch.setattr(probe, "_alive", lambda _: frozenset(plan.started))
 
     async def attacked():
-        return probe.probe(plan, tmp_path, Operator(plan, swarm), lambda _: None)
+        return probe.probe(plan, tmp_path, Operator(swarm), lambda _: None)
 
     observations, found = asyncio.run(attacked())
     assert seen == looks

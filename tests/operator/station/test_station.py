@@ -30,7 +30,7 @@ class StationFlight:
     def __init__(self, plan, host="localhost", duration=0.2):
         self.swarm, self.children, self.interrupted = SimulatedSwarm(plan), Processes(), Interrupts()
         self.injected = []
-        self.host, self.operator = Host(plan, None, host, None, None), Operator(plan, self.swarm)
+        self.host, self.operator = Host(plan, None, host, None, None), Operator(self.swarm)
         if self.host.conducts:
             self.operator.conduct(duration)
         self.at = {}

@@ -78,7 +78,7 @@ def test_a_probe_shows_who_attacks(make_plan, monkeypatch, tmp_path):
     monkeypatch.setattr(probe, "_attack", lambda *_: iter(()))
 
     async def attack():
-        operator = Operator(swarm.plan, swarm)
+        operator = Operator(swarm)
         return probe.probe(swarm.plan, tmp_path, operator, print, lambda *now: seen.append(now))
 
     asyncio.run(attack())
