@@ -41,16 +41,10 @@ async def give(plan: Plan, keys: Path, order: Order) -> Answer:
         why = await why_unlinked(plan, keys, plan.routers)
         return Answer(refusal=f"the router at {plan.endpoints[plan.routers[0]]} does not answer: {why}")
     with session:
-        operator = Operator(session)
-        answer = await obey(operator, order, clock.uptime())
+        operator, answers = Operator(session), list[Answer]()
+        operator.ask(order, clock.uptime(), answers.append)
+        answer = await operator.run(lambda _: answers[0] if answers else None)
         return await _explained(answer, plan, keys, session, bool(operator.statuses)) if answer.failure else answer
-
-
-async def obey(operator: Operator, order: Order, ago: float = 0.0) -> Answer:
-    """Give one order that was requested `ago` s ago; nothing else runs the operator."""
-    answers: list[Answer] = []
-    operator.ask(order, ago, answers.append)
-    return await operator.run(lambda _: answers[0] if answers else None)
 
 
 async def _explained(answer: Answer, plan: Plan, keys: Path, session: Session, heard: bool) -> Answer:
