@@ -13,13 +13,14 @@ from flockwire_operator.cli.inputs import refuse, refused
 from flockwire_operator.station.terminal.progress import progress
 
 app = typer.Typer()
+TraceFile = Annotated[Path, typer.Argument(metavar="TRACE", help="A trace.mcap.")]
 View = StrEnum("View", {"ABOVE": "above", "SIDE": "side", "SPACE": "3-D"})  # from where a picture shows a flight
 Form = StrEnum("Form", ["CSV", "PARQUET"])  # of tables
 
 
 @app.command()
 def report(
-    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="A trace.mcap.")],
+    trace: TraceFile,
     out: Annotated[Path | None, typer.Option(help="Folder for the report [the trace's].")] = None,
     pdf: Annotated[bool, typer.Option("--pdf", help="Write each figure as PDF too.")] = False,
 ) -> None:
@@ -39,7 +40,7 @@ def report(
 
 @app.command()
 def view(
-    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="A trace.mcap.")],
+    trace: TraceFile,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE.html", help="The page [replay.html, beside the trace].")
     ] = None,
@@ -58,7 +59,7 @@ def view(
 
 @app.command()
 def animate(
-    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="A trace.mcap.")],
+    trace: TraceFile,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE.gif|FILE.mp4", help="The file [flight.gif, beside the trace].")
     ] = None,
@@ -93,7 +94,7 @@ def recover(
 
 @app.command()
 def export(
-    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="A trace.mcap.")],
+    trace: TraceFile,
     out: Annotated[Path | None, typer.Option(help="Folder for the tables [tables, beside the trace].")] = None,
     form: Annotated[Form, typer.Option("--format", help="Parquet needs the extra parquet.")] = Form.CSV,
 ) -> None:
