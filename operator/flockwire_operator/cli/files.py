@@ -75,8 +75,7 @@ def check(
     """Validate a swarm file; print its graph, observer bounds, formations, links, and predicted problems in flight."""
     from flockwire_core.security.pki import expiring  # noqa: PLC0415
 
-    from flockwire_operator.station.answers import description, text  # noqa: PLC0415  (numpy)
-    from flockwire_operator.station.check import describe, warnings  # noqa: PLC0415  (numpy)
+    from flockwire_operator.station.check import describe, warnings  # noqa: PLC0415  (numpy, whose threads it limits)
     from flockwire_operator.station.prediction import predicted  # noqa: PLC0415
 
     plan = load(swarm)
@@ -88,6 +87,8 @@ def check(
         refuse("\n".join(f"{swarm}: control.law = {plan.swarm.control.law!r}: {one}" for one in checked[0]))
     expired = expiring(plan, keys_folder(swarm, plan, keys), clock.utc())
     if as_json:
+        from flockwire_operator.station.answers import description, text  # noqa: PLC0415
+
         print(text(description(plan, [*warnings(plan.swarm), *predicted(plan.swarm, duration), *expired])))
     else:
         print(describe(plan, duration, checked))

@@ -1,12 +1,15 @@
 """Orders in flight and processes restarted do not wait for other commands; every command still exists."""
 
+import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from flockwire_operator.cli.entry import ORDERS
 from flockwire_operator.cli.kinds import KINDS, parser_of
 
+SWARM = Path(__file__).parents[3] / "examples/paper_simulation.toml"
 HEAVY = {
     "flockwire_operator.cli.main",
     "flockwire_operator.station.conduct",
@@ -23,6 +26,18 @@ from flockwire_operator.cli.entry import main
 with contextlib.suppress(SystemExit), open(os.devnull, "w") as nowhere, contextlib.redirect_stdout(nowhere):
     main()
 print(*sys.modules)
+"""
+NUMPY = """
+import os, sys
+class Watch:
+    def find_spec(self, name, path=None, target=None):
+        if name == "numpy":
+            print(os.environ.get("OPENBLAS_NUM_THREADS"), flush=True)
+            os._exit(0)
+sys.meta_path.insert(0, Watch())
+sys.argv = ["flockwire", "check", *sys.argv[1:]]
+from flockwire_operator.cli.entry import main
+main()
 """
 
 
@@ -55,3 +70,10 @@ def test_any_other_command_is_found():
     )  # fmt: skip
     for verb in (*ORDERS, "up", "start", "formation", "check", "sim", "keys"):
         assert verb in done.stdout
+
+
+@pytest.mark.parametrize("option", [(), ("--json",)])
+def test_a_check_limits_numpys_threads_before_it_loads_numpy(option):
+    environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    line = [sys.executable, "-c", NUMPY, SWARM, *option]
+    assert subprocess.run(line, capture_output=True, text=True, check=True, env=environment).stdout == "1\n"
