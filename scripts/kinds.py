@@ -25,7 +25,7 @@ HOMONYMS = {  # words that mean something else there
     ("core/flockwire_core/swarm/gateway.py", "ros"),  # a source of poses
     ("mocap_gateway/flockwire_mocap/core.py", "ros"),
     ("core/flockwire_core/swarm/leader.py", "ros"),  # a kind of leader
-    ("operator/flockwire_operator/station/idle_options.py", "ros"),  # a source of poses
+    ("operator/flockwire_operator/station/warnings.py", "ros"),  # a source of poses
     ("core/flockwire_core/loading.py", "leader"),
     ("core/flockwire_core/swarm/leader.py", "leader"),
     ("operator/flockwire_operator/station/initial.py", "leader"),

@@ -75,8 +75,9 @@ def check(
     """Validate a swarm file; print its graph, observer bounds, formations, links, and predicted problems in flight."""
     from flockwire_core.security.pki import expiring  # noqa: PLC0415
 
-    from flockwire_operator.station.check import describe, warnings  # noqa: PLC0415  (numpy, whose threads it limits)
+    from flockwire_operator.station.check import describe  # noqa: PLC0415  (numpy, whose threads it limits)
     from flockwire_operator.station.prediction import predicted  # noqa: PLC0415
+    from flockwire_operator.station.warnings import warnings  # noqa: PLC0415
 
     plan = load(swarm)
     if live:

@@ -6,8 +6,7 @@ import pytest
 from flockwire_core.loading import load_swarm
 from flockwire_core.parameters import pilot_parameters
 from flockwire_core.swarm.model import Swarm
-from flockwire_operator.station.check import warnings
-from flockwire_operator.station.idle_options import IDLE, idle
+from flockwire_operator.station.warnings import IDLE, idle, warnings
 
 SWARMS = sorted((Path(__file__).parents[3] / "examples").glob("*.toml"))
 VALUES = {  # of options whose default does not stand for itself, or that is a table
