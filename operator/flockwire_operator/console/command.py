@@ -34,12 +34,13 @@ from flockwire_operator.station.terminal.interrupts import interrupts
 
 
 class FoxgloveServer:
-    """Serves at `address` and `port` the topics to which `identity` subscribes on `session`.
+    """Serves at `address` and `port` the topics to which the process of `session` subscribes.
 
     Port 0 means any free port: `port` is the actual one. The constructor raises InputError.
     """
 
-    def __init__(self, plan: Plan, identity: str, session: Session, address: str, port: int) -> None:
+    def __init__(self, session: Session, address: str, port: int) -> None:
+        plan = session.plan
         try:
             import foxglove  # noqa: PLC0415  (an extra)
         except ImportError as error:
@@ -53,7 +54,7 @@ class FoxgloveServer:
             raise InputError(f"--foxglove = {port}: cannot listen at {address}:{port}: {reason}") from None
         self.port = self._server.port
         self._rejected: Counter[str] = Counter()
-        self._topics = [Topic(plan, key, session) for key in plan.subscribes[identity]]
+        self._topics = [Topic(plan, key, session) for key in plan.subscribes[session.identity]]
         self._channels = {
             topic.name: foxglove.Channel(
                 topic.name,
@@ -125,7 +126,7 @@ async def serve(plan: Plan, keys: Path, address: str, port: int, foxglove: int |
         host = f"[{address}]" if ":" in address else address
         viewers = None
         if foxglove is not None:
-            viewers = stack.enter_context(closing(FoxgloveServer(plan, CONSOLE.kind, session, address, foxglove)))
+            viewers = stack.enter_context(closing(FoxgloveServer(session, address, foxglove)))
         pages = Pages(plan, Operator(session), token, address)
         stack.enter_context(malformed_counted())
         runner = web.AppRunner(pages.application(), access_log=None)

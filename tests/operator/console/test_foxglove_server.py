@@ -38,11 +38,18 @@ def message(key):
     }[key.kind]
 
 
+def session_of(plan):
+    """Return what stands for the console's session."""
+    session = BufferedSession()
+    session.plan, session.identity = plan, "console"
+    return session
+
+
 @pytest.fixture
 def serving(make_plan):
-    plan, session = make_plan(TWO_HOSTS), BufferedSession()
-    with closing(FoxgloveServer(plan, "console", session, LOOPBACK, 0)) as server:
-        yield plan, session, server
+    session = session_of(make_plan(TWO_HOSTS))
+    with closing(FoxgloveServer(session, LOOPBACK, 0)) as server:
+        yield session.plan, session, server
 
 
 def test_a_viewer_decodes_every_topic_that_the_operator_may_receive_and_sees_no_other(serving):
@@ -109,10 +116,10 @@ def test_a_port_in_use_is_named(make_plan):
         with pytest.raises(
             InputError, match=rf"^--foxglove = {port}: cannot listen at {LOOPBACK}:{port}: Failed to bind.*in use"
         ):
-            FoxgloveServer(make_plan(), "console", BufferedSession(), LOOPBACK, port)
+            FoxgloveServer(session_of(make_plan()), LOOPBACK, port)
 
 
 def test_a_missing_package_is_named_with_the_command_that_installs_it(make_plan, monkeypatch):
     monkeypatch.setitem(sys.modules, "foxglove", None)
     with pytest.raises(InputError, match=r"^--foxglove = 8765: .*foxglove-sdk: " + re.escape(remedy("foxglove"))):
-        FoxgloveServer(make_plan(), "console", BufferedSession(), LOOPBACK, 8765)
+        FoxgloveServer(session_of(make_plan()), LOOPBACK, 8765)
