@@ -13,10 +13,9 @@ from flockwire_analysis.figures import animation, distances, errors, motion
 from flockwire_analysis.figures.animation import VIEWS, animate
 from flockwire_analysis.figures.comparison import compare
 from flockwire_analysis.figures.distances import between_drones, to_obstacles
-from flockwire_analysis.figures.drawing import NAME_ROWS, STYLE, Canvas, rows_of
+from flockwire_analysis.figures.drawing import NAME_ROWS, STYLE, Canvas, line, rows_of
 from flockwire_analysis.figures.errors import observation
 from flockwire_analysis.figures.graph import graph
-from flockwire_analysis.figures.legends import line
 from flockwire_analysis.figures.trajectories import trajectories
 from flockwire_analysis.phases import Event, events
 from flockwire_analysis.reading import read_trace

@@ -19,8 +19,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Polygon
 from PIL import Image
 
-from flockwire_analysis.figures.drawing import COLUMN, MOST_NAMED, MUTED, NAME_SIZE, STYLE, Canvas
-from flockwire_analysis.figures.legends import legend
+from flockwire_analysis.figures.drawing import COLUMN, MOST_NAMED, MUTED, NAME_SIZE, STYLE, Canvas, legend
 from flockwire_analysis.figures.trajectories import SMALLEST_DISC, obstacles
 from flockwire_analysis.figures.trajectories import view as field
 from flockwire_analysis.phases import Span

@@ -12,9 +12,19 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from flockwire_analysis import separation, tracking
-from flockwire_analysis.figures.drawing import INK, MOST_NAMED, MUTED, NAME_SIZE, OKABE_ITO, STYLE, Canvas, thinned
+from flockwire_analysis.figures.drawing import (
+    INK,
+    MOST_NAMED,
+    MUTED,
+    NAME_SIZE,
+    OKABE_ITO,
+    STYLE,
+    Canvas,
+    legend,
+    line,
+    thinned,
+)
 from flockwire_analysis.figures.errors import FLOOR
-from flockwire_analysis.figures.legends import legend, line
 from flockwire_analysis.phases import airborne
 from flockwire_analysis.recorded import Trace
 from flockwire_analysis.series import Floats

@@ -9,11 +9,14 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from flockwire_analysis import separation
-from flockwire_analysis.figures.drawing import DANGER, OKABE_ITO, Canvas, Picture, thinned
-from flockwire_analysis.figures.legends import MARK, legend, line
+from flockwire_analysis.figures.drawing import DANGER, INK, OKABE_ITO, Canvas, Picture, legend, line, thinned
 from flockwire_analysis.series import Floats, Integers
 
 GREY = "#9aa3b2"
+MARK: dict[str, Any] = {
+    "marker": "o", "markersize": 3.6, "markerfacecolor": "white", "markeredgecolor": INK, "markeredgewidth": 0.9,
+    "zorder": 6,
+}  # fmt: skip
 MANY = 30  # drones, of which no picture shows every pair
 
 

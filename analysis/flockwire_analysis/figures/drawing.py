@@ -1,4 +1,4 @@
-"""Common parts of figures: colours for the colour-blind, style, time axis, column width.
+"""Common parts of figures: colours for the colour-blind, style, time axis, column width, legends.
 
 A figure has the width of a paper's column, with legible type, as PNG and as PDF. Names are above the axes.
 """
@@ -19,6 +19,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.transforms import ScaledTranslation
 
 from flockwire_analysis.phases import Event, airborne, events, formation_phases, origin
 from flockwire_analysis.recorded import Trace
@@ -43,6 +44,9 @@ STYLE: dict[Any, Any] = {
     "legend.frameon": False, "legend.fontsize": 7, "lines.solid_capstyle": "round", "lines.linewidth": 1.0,
     "axes.titlesize": 8.5, "figure.constrained_layout.h_pad": 0.02, "figure.constrained_layout.w_pad": 0.02,
     "pdf.fonttype": 42,
+}  # fmt: skip
+_LEGEND: dict[str, Any] = {
+    "handlelength": 1.2, "columnspacing": 1.0, "handletextpad": 0.5, "borderpad": 0.1, "labelspacing": 0.3,
 }  # fmt: skip
 
 
@@ -117,7 +121,7 @@ class Canvas:
         """Return the drones as entries of a legend, none if they are too many."""
         drones = list(numbers)
         named = drones if len(drones) <= MOST_NAMED else []
-        return [Line2D([], [], color=self.colour(i), linewidth=1.8, label=self.name(i)) for i in named]
+        return [line(self.name(i), self.colour(i), width=1.8) for i in named]
 
     def over_time(self, axes: Sequence[Axes], tails: bool = False) -> int:
         """Give the axes the flight's time axis, with a line for each event and its name above; shade the `tails`.
@@ -194,6 +198,40 @@ def _before(marked: Sequence[Event], places: Sequence[float]) -> list[bool]:
     return found
 
 
+def legend(axes: Axes, drones: Sequence[Artist], others: Sequence[Artist] = (), rows: int = 0) -> None:
+    """Name the drones above the axes and their `rows` of events, and other curves above them."""
+    figure_width = 0.97 * COLUMN * 72  # points
+    figure = axes.figure.get_figure(root=True)
+    if others:
+        figure.legend(
+            handles=list(others), loc="outside upper left", ncols=_columns(others, figure_width), borderaxespad=0.4,
+            **_LEGEND,
+        )  # fmt: skip
+    if drones:
+        room = ScaledTranslation(0.0, (1.5 + (NAME_SIZE + 1.5) * rows) / 72, figure.dpi_scale_trans)
+        axes.legend(
+            handles=list(drones), loc="lower left", bbox_to_anchor=(0.0, 1.0), bbox_transform=axes.transAxes + room,
+            ncols=_columns(drones, AXES_WIDTH), borderaxespad=0.0, **_LEGEND,
+        )  # fmt: skip
+
+
+def _columns(entries: Sequence[Artist], width: float) -> int:
+    """Return the most columns of a legend that fit into `width` points, in rows of equal length."""
+    size = STYLE["legend.fontsize"]
+    mark = size * sum(_LEGEND[part] for part in ("handlelength", "columnspacing", "handletextpad"))
+    labels = [mark + 0.56 * size * len(str(entry.get_label())) for entry in entries]
+    for rows in range(1, len(labels)):
+        columns = [max(labels[k : k + rows]) for k in range(0, len(labels), rows)]  # filled one after the other
+        if sum(columns) <= width:
+            return len(columns)
+    return 1
+
+
+def line(text: str, colour: str = MUTED, style: Any = "-", width: float = 1.0) -> Artist:  # noqa: ANN401
+    """Return an entry of a legend for a line."""
+    return Line2D([], [], color=colour, linestyle=style, linewidth=width, label=text)
+
+
 def thinned(times: Floats, values: Floats) -> tuple[Floats, Floats]:
     """Return a series of at most about MOST_POINTS that keeps the smallest and the largest value of each block."""
     block = -(-2 * len(times) // MOST_POINTS)
@@ -204,10 +242,3 @@ def thinned(times: Floats, values: Floats) -> tuple[Floats, Floats]:
     rows = np.sort(np.stack([np.argmin(blocks, axis=1), np.argmax(blocks, axis=1)], axis=1), axis=1)
     picked = (rows + np.arange(len(blocks))[:, None] * block).ravel()
     return times[picked], values[picked]
-
-
-def envelope(times: Floats, values: Floats) -> tuple[Floats, Floats]:
-    """Return the largest value of each of about 400 blocks, an upper bound of an error."""
-    block = max(1, len(times) // 400)
-    whole = len(times) // block * block
-    return times[:whole:block], values[:whole].reshape(-1, block).max(axis=1)

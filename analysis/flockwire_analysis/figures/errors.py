@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from flockwire_core.domain.time import SECOND
 from matplotlib.axes import Axes
+from matplotlib.patches import Patch
 from matplotlib.ticker import NullLocator
 
-from flockwire_analysis.figures.drawing import DANGER, MUTED, Canvas, Picture, envelope
-from flockwire_analysis.figures.legends import area, legend, line
+from flockwire_analysis.figures.drawing import DANGER, MUTED, OKABE_ITO, Canvas, Picture, legend, line
 from flockwire_analysis.phases import Span
 from flockwire_analysis.series import Floats
 from flockwire_analysis.tracking import SETTLED_BELOW, Errors, in_formation, settling_time
@@ -80,12 +80,20 @@ def _over_time(
         return None
     figure, (axes,) = canvas.panels()
     for number, (times, values) in known.items():
-        axes.plot(*envelope(times, _drawn(values)), color=canvas.colour(number), alpha=0.9)
+        axes.plot(*_envelope(times, _drawn(values)), color=canvas.colour(number), alpha=0.9)
     _scale(axes, label)
     axes.set_ylim(top=max(4 * SETTLED_BELOW, *(2.0 * float(np.nanmax(values)) for _, values in known.values())))
     rows = canvas.over_time([axes], tails=True)
-    legend(axes, canvas.names(known), [line(f"settled, {SETTLED_BELOW:g} m", style=DASHED), area("tail")], rows)
+    tail = Patch(color=OKABE_ITO[0], alpha=0.12, linewidth=0, label="tail")
+    legend(axes, canvas.names(known), [line(f"settled, {SETTLED_BELOW:g} m", style=DASHED), tail], rows)
     return Picture(canvas.save(figure, name), title, caption)
+
+
+def _envelope(times: Floats, values: Floats) -> tuple[Floats, Floats]:
+    """Return the largest value of each of about 400 blocks, an upper bound of an error."""
+    block = max(1, len(times) // 400)
+    whole = len(times) // block * block
+    return times[:whole:block], values[:whole].reshape(-1, block).max(axis=1)
 
 
 def _drawn(values: Floats) -> Floats:

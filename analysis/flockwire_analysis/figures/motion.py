@@ -8,8 +8,7 @@ from functools import partial
 import numpy as np
 from matplotlib.axes import Axes
 
-from flockwire_analysis.figures.drawing import INK, MOST_POINTS, Canvas, Picture, thinned
-from flockwire_analysis.figures.legends import legend, line
+from flockwire_analysis.figures.drawing import INK, MOST_POINTS, Canvas, Picture, legend, line, thinned
 from flockwire_analysis.series import Floats
 from flockwire_analysis.tracking import places, references, velocities
 

@@ -9,8 +9,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgba
 from matplotlib.patches import Circle, Polygon
 
-from flockwire_analysis.figures.drawing import COLUMN, DANGER, INK, MOST_POINTS, MUTED, Canvas, Picture
-from flockwire_analysis.figures.legends import legend, line
+from flockwire_analysis.figures.drawing import COLUMN, DANGER, INK, MOST_POINTS, MUTED, Canvas, Picture, legend, line
 from flockwire_analysis.phases import Span
 from flockwire_analysis.series import Floats, Integers
 from flockwire_analysis.tracking import interpolated, settling_time
