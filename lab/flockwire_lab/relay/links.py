@@ -10,8 +10,7 @@ from flockwire_core.wire.plan import Plan
 
 from flockwire_lab.faults.kinds import Fault, LinkChange, LinkFault
 from flockwire_lab.network import Conditions
-from flockwire_lab.relay.direction import Direction
-from flockwire_lab.relay.relay import Relay
+from flockwire_lab.relay.relay import Direction, Relay
 
 Undo = Callable[[], None]
 

@@ -6,8 +6,7 @@ from collections import deque
 
 import pytest
 from flockwire_lab.network import Conditions
-from flockwire_lab.relay.direction import MOST_HELD
-from flockwire_lab.relay.relay import MOST_CONNECTIONS
+from flockwire_lab.relay.relay import MOST_CONNECTIONS, MOST_HELD
 from relay_bench import PATIENCE, on_bench, settle
 from waiting import until
 

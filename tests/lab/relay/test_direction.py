@@ -2,7 +2,7 @@
 
 import pytest
 from flockwire_lab.network import Conditions
-from flockwire_lab.relay.direction import END, MOST_HELD, Direction, Stream
+from flockwire_lab.relay.relay import END, MOST_HELD, Direction, Stream
 
 
 @pytest.fixture
