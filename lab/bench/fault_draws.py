@@ -14,8 +14,8 @@ from flockwire_core.swarm.model import Swarm
 from flockwire_core.wire.plan import Plan
 from flockwire_lab.faults.kinds import Fault
 from flockwire_lab.rare import Rare
-from flockwire_lab.search.drawing import FAULT_KINDS, WORLD_KINDS, random_fault, second_station
-from flockwire_lab.search.events import EVENTS, SECOND_STATION, Event, parse_events
+from flockwire_lab.search.drawing import FAULT_KINDS, random_fault, second_station
+from flockwire_lab.search.events import SECOND_STATION, Event, parse_events
 from flockwire_lab.study.file import Starts
 from flockwire_lab.study.variation import random_starts
 from hostile import make_multirotors
@@ -53,7 +53,7 @@ class Drawn:
     def parsed(self) -> tuple[tuple[Fault, ...], tuple[Event, ...], list[dict[str, Any]]]:
         """Return what the simulated world injects, what happens to stations, and the rest, which is rare."""
         named = [fault | {"kind": "tracker"} if fault["kind"] == LOST_BODY else fault for fault in self.faults]
-        usual = (*WORLD_KINDS, *EVENTS, *FALSE)
+        usual = (*FAULT_KINDS, SECOND_STATION, *FALSE)
         known = [fault for fault in named if fault["kind"] in usual]
         faults, events = parse_events(known, Plan(self.swarm), f"seed {self.seed}")
         return faults, events, [fault for fault in named if fault["kind"] not in usual]

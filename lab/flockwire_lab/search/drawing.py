@@ -14,8 +14,10 @@ from flockwire_lab.faults.targets import targets
 from flockwire_lab.search.events import SECOND_STATION, STATION_FROZEN, STATION_LOST, STOP, TOLD_TO_END
 from flockwire_lab.study.variation import Table
 
-WORLD_KINDS = ("kill", "restart", "freeze", "cut", "partition", "link", "tracker", "noise", "clock", "lag", "failure")
-FAULT_KINDS = (*WORLD_KINDS, STOP, TOLD_TO_END, STATION_FROZEN, STATION_LOST)
+FAULT_KINDS = (
+    "kill", "restart", "freeze", "cut", "partition", "link", "tracker", "noise", "clock", "lag", "failure",
+    STOP, TOLD_TO_END, STATION_FROZEN, STATION_LOST,
+)  # fmt: skip
 SEARCHED_KINDS = (*FAULT_KINDS, "swap", SECOND_STATION)
 ENDING_KINDS = ("restart", "freeze", "cut", "partition", "link", "tracker", "noise", "swap")  # those that end
 Draw = Callable[[Plan, Random], Table]

@@ -20,7 +20,6 @@ from flockwire_lab.world import World
 
 STOP, TOLD_TO_END, STATION_FROZEN, STATION_LOST = "stop", "told to end", "station frozen", "station lost"
 SECOND_STATION = "second station"  # gives orders of its own beside the one that conducts
-EVENTS = (STOP, TOLD_TO_END, STATION_FROZEN, STATION_LOST, SECOND_STATION)
 LaterOrder = Annotated[tuple[NotNegative, Literal["hold", "land", "start"]], Field(strict=False)]
 
 
