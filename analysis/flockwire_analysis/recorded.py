@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
@@ -80,8 +80,8 @@ class Trace:
     malformed: int
     closed: bool
     lost_bytes: int
-    held: dict[int, tuple[Held, ...]] = field(default_factory=dict)
-    signals: dict[int, dict[str, Samples]] = field(default_factory=dict)
+    held: dict[int, tuple[Held, ...]]
+    signals: dict[int, dict[str, Samples]]
 
     @property
     def swarm(self) -> Swarm:

@@ -81,7 +81,7 @@ class VirtualProcess:
         network: DatagramNetwork,
         seed: int,
         tap: Tap | None,
-        rare: RareBranches | None = None,
+        rare: RareBranches | None,
     ) -> None:
         self.identity, self.clock, self.alive = identity, clock, False
         self.outlets: dict[Key, Outlet] = {}

@@ -41,7 +41,7 @@ class Attack:
     It waits for the swarm for `patience` times LINK_TIME.
     """
 
-    def __init__(self, plan: Plan, attacker: Attacker, authority: str, patience: int = 1) -> None:
+    def __init__(self, plan: Plan, attacker: Attacker, authority: str, patience: int) -> None:
         self._received: set[str] = set()  # by sample or by answer
         self._plan, self._attacker = plan, attacker
         self._keys = {plan.text(key): key for key in plan.keys}

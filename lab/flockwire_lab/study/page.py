@@ -20,7 +20,7 @@ SUCCESS = ("", "runs", "success", "95 % interval", "failed")
 FIGURES = ("", "figure", "50 %", "95 %", "99 %", "worst", "its seed")
 
 
-def write_study(findings: Findings, swarm: Swarm, out: Path, pdf: bool = False) -> None:
+def write_study(findings: Findings, swarm: Swarm, out: Path, pdf: bool) -> None:
     """Write study.json, study.html and the figures (PNG, perhaps PDF too) into the folder `out`. Raises OSError."""
     content = json.dumps(findings.as_json(), indent=2, allow_nan=False)
     (out / "study.json").write_text(content + "\n", encoding="utf-8")
