@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from flockwire_core.domain.time import SECOND
-from matplotlib import rc_context
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
@@ -59,7 +58,7 @@ class Picture(NamedTuple):
 
 
 class Canvas:
-    """The common parts of a trace's figures: colours, origin of time, window, events to mark."""
+    """The common parts of a trace's figures, drawn in STYLE: colours, origin of time, window, events to mark."""
 
     def __init__(self, trace: Trace, out: Path, vector: bool = True) -> None:
         self.trace, self.out, self._vector = trace, out, vector
@@ -103,18 +102,16 @@ class Canvas:
 
     def panels(self, rows: int = 1, height: float = 2.3) -> tuple[Figure, list[Axes]]:
         """Return a figure of `rows` axes above each other with one time axis, `height` inches in all."""
-        with rc_context(STYLE):
-            figure = Figure(figsize=(COLUMN, height), layout="constrained")
-            return figure, list(np.atleast_1d(figure.subplots(rows, 1, sharex=True)))
+        figure = Figure(figsize=(COLUMN, height), layout="constrained")
+        return figure, list(np.atleast_1d(figure.subplots(rows, 1, sharex=True)))
 
     def save(self, figure: Figure, name: str) -> Path:
         """Write the figure as NAME.png and NAME.pdf; returns the path of the first."""
         dpi = 320
         path = self.out / f"{name}.png"
-        with rc_context(STYLE):
-            figure.savefig(path, dpi=dpi, facecolor="white")
-            if self._vector:
-                figure.savefig(path.with_suffix(".pdf"), metadata={"CreationDate": None})
+        figure.savefig(path, dpi=dpi, facecolor="white")
+        if self._vector:
+            figure.savefig(path.with_suffix(".pdf"), metadata={"CreationDate": None})
         return path
 
     def names(self, numbers: Iterable[int]) -> list[Artist]:
