@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import count
+from random import Random
 from typing import TYPE_CHECKING
 
 from flockwire_core.swarm.wording import InputError
 
-from flockwire_lab.search.choosing import BATCH, Candidate, Draws
 from flockwire_lab.search.flight import Judged, Order
-from flockwire_lab.search.space import SearchPlan, Space
+from flockwire_lab.search.space import BATCH, Candidate, SearchPlan, Space
 from flockwire_lab.study.ledger import Ledger
 
 if TYPE_CHECKING:
@@ -75,6 +76,23 @@ def _entries(asked: dict[int, Candidate], space: Space, ledger: Ledger[Entry], f
         entry = Entry(place, asked[place], judged)
         ledger.add(entry)
         yield entry
+
+
+class Draws:
+    """Draws each flight independently: what a search must beat."""
+
+    def __init__(self, size: int, seed: int) -> None:
+        self._size, self._chance, self._seeds = size, Random(f"draws {seed}"), count(seed)  # noqa: S311
+
+    def ask(self) -> list[Candidate]:
+        """Return random points, each with its own seed."""
+        return [
+            Candidate(tuple(round(self._chance.random(), 9) for _ in range(self._size)), next(self._seeds))
+            for _ in range(BATCH)
+        ]
+
+    def tell(self, asked: Sequence[Candidate], found: Sequence[Judged]) -> None:
+        """Draws learn nothing."""
 
 
 def _chooser(plan: SearchPlan, space: Space) -> Draws | Search:

@@ -19,8 +19,8 @@ from flockwire_core.swarm.wording import InputError
 from pydantic import TypeAdapter, ValidationError
 
 from flockwire_lab.search.campaign import Entry
-from flockwire_lab.search.choosing import USUAL, Candidate, scaled, worst_of
-from flockwire_lab.search.flight import Judged
+from flockwire_lab.search.flight import USUAL, Judged, scaled, worst_of
+from flockwire_lab.search.space import Candidate
 from flockwire_lab.study.ledger import RUNS
 
 

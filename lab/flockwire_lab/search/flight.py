@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from math import sqrt
 from typing import Literal
@@ -27,6 +27,7 @@ from flockwire_lab.study.variation import Table
 from flockwire_lab.world import EPOCH, World
 
 Mode = Literal["safety", "liveness"]
+USUAL = {"distance": 2.0, "clearance": 2.0, "contact": 0.3, "rung": 0.23}  # margins where all is well; 1 of the others
 OVERTIME = SECOND  # ns after the longest flight, at which one that is not over is cut off
 
 
@@ -60,6 +61,21 @@ class Judged:
         return [
             f"{name}: {margin.what} at {margin.at:.2f} s" for name, margin in self.margins.items() if margin.violated
         ]
+
+
+def scaled(judged: Judged) -> float:
+    """Return the least margin, each relative to that of a flight without faults."""
+    return min(margin.value / USUAL.get(name, 1.0) for name, margin in judged.margins.items())
+
+
+def worst_of(found: Mapping[int, Judged]) -> dict[str, int]:
+    """Return the number of the flight with the least margin of each property."""
+    worst: dict[str, int] = {}
+    for number, judged in sorted(found.items()):
+        for name, margin in judged.margins.items():
+            if name not in worst or margin.value < found[worst[name]].margins[name].value:
+                worst[name] = number
+    return worst
 
 
 class Flight:

@@ -14,10 +14,10 @@ from flockwire_core.wire.phase import Phase
 from ribs.archives import GridArchive
 from ribs.emitters import EvolutionStrategyEmitter, IsoLineEmitter
 
-from flockwire_lab.search.choosing import BATCH, Candidate, scaled
 from flockwire_lab.search.drawing import SEARCHED_KINDS
-from flockwire_lab.search.flight import Judged
+from flockwire_lab.search.flight import Judged, scaled
 from flockwire_lab.search.record import REACTIONS
+from flockwire_lab.search.space import BATCH, Candidate
 
 AXES = (("", *REACTIONS), ("", *SEARCHED_KINDS), ("", *Phase))  # of the archive
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import MutableSequence, Sequence
+from dataclasses import dataclass
 from math import ceil
 from random import Random
 from typing import Annotated, Any, Literal, TypeVar
@@ -21,6 +22,7 @@ from flockwire_lab.study.variation import Table, vary
 
 Element = TypeVar("Element")
 PATH = "leader.trajectory"  # in the swarm file
+BATCH = 16  # flights of a turn
 
 
 class SearchPlan(Study):
@@ -74,6 +76,14 @@ class Genes(Random):
     def shuffle(self, x: MutableSequence[Any]) -> None:
         """Bring a list into another order."""
         x[:] = self.sample(x, len(x))
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A point of the unit cube to fly with `seed`."""
+
+    point: tuple[float, ...]
+    seed: int
 
 
 class Space:

@@ -10,9 +10,8 @@ from typing import Any
 from flockwire_core.swarm.reading import read_toml
 from flockwire_core.swarm.wording import InputError
 
-from flockwire_lab.search.choosing import worst_of
 from flockwire_lab.search.corpus import Again
-from flockwire_lab.search.flight import Case, Judged, Mode
+from flockwire_lab.search.flight import Case, Judged, Mode, worst_of
 from flockwire_lab.study.findings import write_flight
 
 

@@ -9,11 +9,10 @@ from pathlib import Path
 from flockwire_core.swarm.wording import InputError
 from flockwire_lab.search import corpus
 from flockwire_lab.search.campaign import Entry, conduct
-from flockwire_lab.search.choosing import Candidate, worst_of
 from flockwire_lab.search.corpus import Again, Corpus
-from flockwire_lab.search.flight import fly, fly_numbered
+from flockwire_lab.search.flight import fly, fly_numbered, worst_of
 from flockwire_lab.search.shrinking import shrunk
-from flockwire_lab.search.space import SearchPlan, Space, usual_space
+from flockwire_lab.search.space import Candidate, SearchPlan, Space, usual_space
 from flockwire_lab.search.writing import read_case, write_case, write_search
 from flockwire_lab.study import workers as study_workers
 from flockwire_lab.study.file import load_study

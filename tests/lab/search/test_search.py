@@ -15,14 +15,13 @@ from flockwire_core.swarm.wording import InputError
 from flockwire_core.wire.plan import Plan
 from flockwire_lab.search import corpus
 from flockwire_lab.search.campaign import Entry
-from flockwire_lab.search.choosing import Candidate
 from flockwire_lab.search.corpus import Corpus
 from flockwire_lab.search.events import SECOND_STATION, parse_events
 from flockwire_lab.search.flight import Case, Judged, fly
 from flockwire_lab.search.margin import Margin
 from flockwire_lab.search.seeking import Search
 from flockwire_lab.search.shrinking import shrunk
-from flockwire_lab.search.space import Genes, SearchPlan, Space, usual_space
+from flockwire_lab.search.space import Candidate, Genes, SearchPlan, Space, usual_space
 from flockwire_lab.search.writing import read_case, write_case
 from flockwire_lab.study.file import load_study
 from flockwire_operator.cli import search as searches
