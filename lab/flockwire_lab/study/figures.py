@@ -1,4 +1,4 @@
-"""The figures of a study. Only this file imports matplotlib, which is slow to import."""
+"""The figures of a study. They import matplotlib, which is slow to import, as law_table.py does."""
 
 from __future__ import annotations
 
