@@ -53,7 +53,7 @@ SOURCES: Mapping[str, SourceRow] = {  # by gateway.source
     "qualisys": SourceRow(
         "flockwire_mocap.qualisys.source:QualisysSource", "flockwire_mocap.qualisys.client:QualisysClient"
     ),
-    "vicon": SourceRow("flockwire_mocap.vicon.source:ViconSource", "flockwire_mocap.vicon.client:ViconClient"),
+    "vicon": SourceRow("flockwire_mocap.vicon:ViconSource", "flockwire_mocap.vicon:ViconClient"),
     "ros": SourceRow("flockwire_mocap.ros.source:RosSource", "flockwire_mocap.ros.client:RosClient"),
     "replay": SourceRow("flockwire_mocap.replay.source:ReplaySource", "flockwire_mocap.replay.source:loaded"),
 }

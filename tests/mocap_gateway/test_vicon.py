@@ -9,11 +9,10 @@ from unittest.mock import Mock
 
 import pytest
 from flockwire_core.extras import remedy
+from flockwire_mocap import vicon
 from flockwire_mocap.core import make_core
 from flockwire_mocap.persistent import imported
-from flockwire_mocap.vicon import child
-from flockwire_mocap.vicon.client import ViconClient
-from flockwire_mocap.vicon.source import MOST_BODIES
+from flockwire_mocap.vicon import MOST_BODIES, ViconClient
 from waiting import until
 
 NOW = 5
@@ -70,10 +69,10 @@ def test_the_child_stamps_a_frame_at_arrival(monkeypatch, capsys):
     body = SimpleNamespace(position=(1.0, 2.0, 3.0), rotation=SimpleNamespace(x=0, y=0, z=0, w=1))
     waits = Mock(side_effect=(None, None, BrokenPipeError))  # two frames, then the parent is gone
     times, system = iter((70, 80)), SimpleNamespace(rigidBodies={"uav1": body}, waitForNextFrame=waits)
-    monkeypatch.setattr(child, "imported", lambda *_: SimpleNamespace(connect=lambda *_: system))
-    monkeypatch.setattr(child.clock, "monotonic", lambda: next(times))
+    monkeypatch.setattr(vicon, "imported", lambda *_: SimpleNamespace(connect=lambda *_: system))
+    monkeypatch.setattr(vicon.clock, "monotonic", lambda: next(times))
     monkeypatch.setattr("sys.argv", ["child", "server"])
-    assert child.main() == 0
+    assert vicon.main() == 0
     frames = [json.loads(text) for text in capsys.readouterr().out.splitlines()]
     assert frames == [[70, {"uav1": [1.0, 2.0, 3.0, 0, 0, 0, 1]}], [80, {"uav1": [1.0, 2.0, 3.0, 0, 0, 0, 1]}]]
 
@@ -87,7 +86,7 @@ def test_the_child_stamps_a_frame_at_arrival(monkeypatch, capsys):
     ],
 )
 def test_a_child_that_hangs_or_ends_is_reported_and_restarted(start, script, said, monkeypatch, tmp_path):
-    monkeypatch.setattr("flockwire_mocap.vicon.client.FRAME_TIMEOUT", 0.5)
+    monkeypatch.setattr("flockwire_mocap.vicon.FRAME_TIMEOUT", 0.5)
     monkeypatch.setattr(ViconClient, "PAUSE", 0.01)
     source, begun = make_core(start(source="vicon")).source, tmp_path / "begun"
     script = f"open({str(begun)!r}, 'a').write('.'); {script}"
