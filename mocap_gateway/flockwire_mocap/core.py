@@ -55,7 +55,7 @@ SOURCES: Mapping[str, SourceRow] = {  # by gateway.source
     ),
     "vicon": SourceRow("flockwire_mocap.vicon:ViconSource", "flockwire_mocap.vicon:ViconClient"),
     "ros": SourceRow("flockwire_mocap.ros.source:RosSource", "flockwire_mocap.ros.client:RosClient"),
-    "replay": SourceRow("flockwire_mocap.replay.source:ReplaySource", "flockwire_mocap.replay.source:loaded"),
+    "replay": SourceRow("flockwire_mocap.replay:ReplaySource", "flockwire_mocap.replay:loaded"),
 }
 
 

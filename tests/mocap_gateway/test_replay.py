@@ -12,7 +12,7 @@ from flockwire_lab.flight import TraceFile
 from flockwire_lab.world import World
 from flockwire_mocap.core import make_core
 from flockwire_mocap.process import feed
-from flockwire_mocap.replay.source import read_poses
+from flockwire_mocap.replay import read_poses
 from mcap.writer import Writer as Recorder
 
 NOW = 1_790_000_000 * SECOND

@@ -1,1 +1,0 @@
-"""The poses of an earlier flight as a source."""
