@@ -50,9 +50,7 @@ SOURCES: Mapping[str, SourceRow] = {  # by gateway.source
     "simulated": SourceRow("flockwire_twins.trackers.cameras:SimulatedSource"),
     "natnet": SourceRow("flockwire_mocap.natnet.source:NatNetSource", "flockwire_mocap.natnet.client:NatNetClient"),
     "vrpn": SourceRow("flockwire_mocap.vrpn.source:VrpnSource", "flockwire_mocap.vrpn.client:VrpnClient"),
-    "qualisys": SourceRow(
-        "flockwire_mocap.qualisys.source:QualisysSource", "flockwire_mocap.qualisys.client:QualisysClient"
-    ),
+    "qualisys": SourceRow("flockwire_mocap.qualisys:QualisysSource", "flockwire_mocap.qualisys:QualisysClient"),
     "vicon": SourceRow("flockwire_mocap.vicon:ViconSource", "flockwire_mocap.vicon:ViconClient"),
     "ros": SourceRow("flockwire_mocap.ros.source:RosSource", "flockwire_mocap.ros.client:RosClient"),
     "replay": SourceRow("flockwire_mocap.replay:ReplaySource", "flockwire_mocap.replay:loaded"),

@@ -10,7 +10,7 @@ import pytest
 from flockwire_mocap import persistent
 from flockwire_mocap.core import make_core
 from flockwire_mocap.persistent import PersistentConnection
-from flockwire_mocap.qualisys.client import QualisysClient
+from flockwire_mocap.qualisys import QualisysClient
 from flockwire_mocap.vrpn.client import VrpnClient
 from flockwire_twins.trackers.qualisys import QtmServer
 from flockwire_twins.trackers.vrpn import VrpnServer

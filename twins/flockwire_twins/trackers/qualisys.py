@@ -1,6 +1,6 @@
 """A QTM server as a tracker's twin: its packets, a client's commands in, answers and frames out, and its sockets.
 
-A packet is little-endian: u32 size, u32 type, content.
+A packet is little-endian: u32 size, u32 type, content. Source: the vendor's documentation of the real-time protocol.
 """
 
 from __future__ import annotations
@@ -9,11 +9,13 @@ import contextlib
 import socket
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
+from math import asin, atan2, degrees, hypot
 from struct import Struct
 from xml.sax.saxutils import escape
 
+from flockwire_core.domain.pose import Quaternion
+from flockwire_core.domain.quaternion import rotate
 from flockwire_core.domain.time import MICROSECOND
-from flockwire_mocap.qualisys.rotation import to_angles, to_columns
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 
 from flockwire_twins.trackers.stream_server import StreamServer
@@ -67,6 +69,23 @@ def _row(kind: int, body: ReportedBody) -> bytes:
         return layout.pack(*[_NAN] * (6 if kind == EULER else 12))
     columns = to_columns(body.orientation)
     return layout.pack(*body.position, *(to_angles(columns) if kind == EULER else columns))
+
+
+def to_columns(q: Quaternion) -> tuple[float, ...]:
+    """Return the matrix of the unit quaternion `q`: the rotated axes, column by column."""
+    return (*rotate(q, (1.0, 0.0, 0.0)), *rotate(q, (0.0, 1.0, 0.0)), *rotate(q, (0.0, 0.0, 1.0)))
+
+
+def to_angles(columns: Sequence[float]) -> tuple[float, float, float]:
+    """Return QTM's usual angles of a rotation matrix, degrees: R = Rx(a) Ry(b) Rz(c), b from -90 to 90.
+
+    At b = ±90 only the sum or the difference of a and c is defined: then c = 0.
+    """
+    ux, _, _, vx, vy, vz, wx, wy, wz = columns
+    b = degrees(asin(max(-1.0, min(1.0, wx))))
+    if hypot(wy, wz) < 1e-6:  # below this cosine of b, a and c cannot be distinguished
+        return degrees(atan2(vz, vy)), b, 0.0
+    return degrees(atan2(-wy, wz)), b, degrees(atan2(-vx, ux))
 
 
 CONNECTED = 1  # the event of a server that is ready to stream

@@ -8,11 +8,9 @@ from struct import pack, unpack_from
 import pytest
 import qtm_rt
 from flockwire_mocap.core import make_core
-from flockwire_mocap.qualisys.client import QualisysClient
-from flockwire_mocap.qualisys.rotation import from_columns, to_angles, to_columns
-from flockwire_mocap.qualisys.source import names_in
+from flockwire_mocap.qualisys import QualisysClient, from_columns, names_in
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
-from flockwire_twins.trackers.qualisys import QtmServer, QtmTwin, encode_parameters
+from flockwire_twins.trackers.qualisys import QtmServer, QtmTwin, encode_parameters, to_angles, to_columns
 from hypothesis import given
 from hypothesis import strategies as st
 from waiting import until
@@ -97,7 +95,7 @@ def test_the_gateway_gets_poses_in_metres_and_lost_bodies_say_nothing(start):
 
 @pytest.mark.parametrize("serve", [True, False])
 def test_a_server_of_another_kind_or_none_is_a_line_with_a_remedy(start, serve, monkeypatch):
-    monkeypatch.setattr("flockwire_mocap.qualisys.client.ANSWER_TIMEOUT", 0.3)
+    monkeypatch.setattr("flockwire_mocap.qualisys.ANSWER_TIMEOUT", 0.3)
 
     async def wait():
         other = await asyncio.start_server(lambda reader, writer: None, HOME, 0)
@@ -224,8 +222,8 @@ def test_whatever_a_client_sends_the_twin_answers_or_leaves(data):
 
 
 def test_names_follow_the_settings_and_until_then_no_body_has_one(start, monkeypatch):
-    monkeypatch.setattr("flockwire_mocap.qualisys.client.NAMES_PERIOD", 0.05)
-    monkeypatch.setattr("flockwire_mocap.qualisys.client.NAMES_PAUSE", 0.05)
+    monkeypatch.setattr("flockwire_mocap.qualisys.NAMES_PERIOD", 0.05)
+    monkeypatch.setattr("flockwire_mocap.qualisys.NAMES_PAUSE", 0.05)
 
     async def fly():
         server = QtmServer(NAMES, port=0)
