@@ -4,11 +4,16 @@ A frame of motion capture data: i32 frame number; marker sets; other markers; ri
 labelled markers; force plates; devices; from 4.5 IMU and GPIO; suffix; an end marker of four bytes, not checked. Up to
 4.0 a section is an i32 count and its elements; from 4.1 on a u32 size in bytes is between both, and only the size is
 used. Only rigid bodies and stamps are read.
+
+A model definition: i32 count of descriptions; each an i32 type, from 4.1 on a u32 size in bytes, and the description.
+From 4.1 on only the size is used. Before, an unknown type ends the reading, and the descriptions read so far are kept.
+Only the names of rigid bodies are read.
 """
 
 from __future__ import annotations
 
-from flockwire_mocap.natnet.model import read_model
+from struct import Struct
+
 from flockwire_mocap.natnet.packets import (
     ADJUSTABLE,
     CONNECTION,
@@ -26,6 +31,7 @@ from flockwire_mocap.natnet.packets import (
     Echo,
     Kind,
     MocapFrame,
+    ModelDefinition,
     Other,
     Packet,
     Rejected,
@@ -42,6 +48,15 @@ _CHANNELS: Layout = (4, ((4,),))  # id, and of each channel its samples
 BEFORE_BODIES: Layout = ((TEXT, _MARKERS), _MARKERS)  # marker sets, other markers
 # Skeletons; labelled markers, each id, x y z, size, parameters, residual; force plates; devices.
 AFTER_BODIES: Layout = ((4, (RIGID_BODY.size,)), (26,), _CHANNELS, _CHANNELS)
+
+RIGID_BODY_TYPE, SKELETON_TYPE = 1, 2
+_SIZE = Struct("<I")
+_OTHERS: dict[int, Layout] = {  # by type
+    0: (TEXT, (TEXT,)),  # a marker set
+    3: (4, TEXT, 4 * (2 + 3 + 144 + 12 + 2), (TEXT,)),  # a force plate: size, origin, 12 x 12, 4 corners, two types
+    4: (4, TEXT, TEXT, 8, (TEXT,)),  # a device
+    5: (TEXT, 12 + 16),  # a camera: x y z, quaternion
+}
 
 
 def parse(datagram: bytes, version: Version | None) -> Packet:
@@ -154,3 +169,49 @@ def _suffix(reader: PacketReader, version: Version) -> tuple[float, int, int, in
     precise = version >= COUNTED or (version >= ADJUSTABLE and reader.remaining >= PRECISE_SUFFIX.size)
     _, _, timestamp, exposed, _, sent, *_, parameters = reader.unpack(PRECISE_SUFFIX if precise else SUFFIX)
     return timestamp, exposed, sent, parameters
+
+
+def read_model(reader: PacketReader, version: Version) -> ModelDefinition:
+    """Read the body of a model definition; raises MalformedError if not even the count of descriptions is there."""
+    names: dict[int, str] = {}
+    for _ in range(reader.count(8 if version >= COUNTED else 4)):
+        try:
+            _read_description(reader, version, names)
+        except MalformedError:
+            return ModelDefinition(names, complete=False)
+    return ModelDefinition(names, complete=True)
+
+
+def _read_description(reader: PacketReader, version: Version, names: dict[int, str]) -> None:
+    """Read a description; add a rigid body to `names`."""
+    kind = reader.integer()
+    if version >= COUNTED:
+        part = reader.part(reader.unpack(_SIZE)[0])
+        if kind == RIGID_BODY_TYPE:
+            names.update([_read_head(part)])
+    elif kind == RIGID_BODY_TYPE:
+        names.update([_described_body(reader, version)])
+    elif kind == SKELETON_TYPE:
+        _read_head(reader)
+        for _ in range(reader.count(25)):
+            _described_body(reader, version)
+    elif kind in _OTHERS:
+        reader.pass_over(_OTHERS[kind])
+    else:
+        raise MalformedError(f"a description of type {kind}")
+
+
+def _read_head(reader: PacketReader) -> tuple[int, str]:
+    name = reader.text()
+    return reader.integer(), name
+
+
+def _described_body(reader: PacketReader, version: Version) -> tuple[int, str]:
+    """Read a rigid body: name, id, parent's id, offset, its markers' offsets, labels and (from 4.0) names."""
+    head = _read_head(reader)
+    reader.skip(4 + 12)
+    markers = reader.count(12 + 4)
+    reader.skip(markers * (12 + 4))
+    if version >= ADJUSTABLE:
+        reader.pass_over((TEXT,) * markers)
+    return head
