@@ -15,9 +15,8 @@ from flockwire_core.domain.time import MICROSECOND
 from flockwire_core.domain.vector import Vector
 from flockwire_core.process.cores import Start
 
-from flockwire_mocap.frame_sequence import FrameSequence
 from flockwire_mocap.persistent import PersistentConnection, imported, keep_alive
-from flockwire_mocap.streamed import StreamedSource
+from flockwire_mocap.streamed import FrameSequence, StreamedSource
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose, unseen
 
 ANSWER_TIMEOUT = 2.0  # s for the server to answer

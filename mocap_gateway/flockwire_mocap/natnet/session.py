@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.swarm.gateway import NatNet
 
-from flockwire_mocap.frame_sequence import MISSING, RESTARTS, FrameSequence
 from flockwire_mocap.natnet.packets import (
     MODELS_CHANGED,
     Kind,
@@ -28,6 +27,7 @@ from flockwire_mocap.natnet.packets import (
     version_of,
 )
 from flockwire_mocap.natnet.parsing import parse
+from flockwire_mocap.streamed import MISSING, RESTARTS, FrameSequence
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame, is_pose
 
 PERIOD = SECOND  # ns between two keep-alives, and between two attempts at anything else
