@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from flockwire_core.domain.pose import LEVEL, Quaternion, product, rotate
 from flockwire_core.domain.vector import ZERO, Vector, add, subtract
-from flockwire_core.swarm.gateway import Unit, UpAxis
+from flockwire_core.swarm.gateway import Gateway, Unit, UpAxis
 
 from flockwire_mocap.tracking import ReportedBody
 
@@ -62,3 +62,9 @@ class Coordinates:
             y, z, qy, qz = z, -y, qz, -qy
         per_metre = 1.0 / METRES[self.unit]
         return body._replace(position=(x * per_metre, y * per_metre, z * per_metre), orientation=(qx, qy, qz, qw))
+
+
+def coordinates_of(gateway: Gateway) -> Coordinates:
+    """Return the map from the frame of the tracker in `gateway` to the field."""
+    table = gateway.table
+    return Coordinates(table.up_axis, table.unit, gateway.rotation, gateway.offset)

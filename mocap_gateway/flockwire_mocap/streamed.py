@@ -12,7 +12,7 @@ from flockwire_core.wire.keys import MISSION, Key
 from flockwire_core.wire.status import OTHERS, counted
 
 from flockwire_mocap.completeness import Completeness
-from flockwire_mocap.coordinates import Coordinates
+from flockwire_mocap.coordinates import coordinates_of
 from flockwire_mocap.source_clock import SourceClock
 from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, framed
 
@@ -169,9 +169,3 @@ class StreamedSource:
     def trouble(self, now: int) -> str:
         """Return why there are no frames at `now` (Unix ns), and the remedy; empty while they arrive."""
         return self.failure
-
-
-def coordinates_of(gateway: Gateway) -> Coordinates:
-    """Return the map from the frame of the tracker in `gateway` to the field."""
-    table = gateway.table
-    return Coordinates(table.up_axis, table.unit, gateway.rotation, gateway.offset)

@@ -19,10 +19,9 @@ from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.plan import Plan
 from flockwire_core.wire.processes import GATEWAY
 
-from flockwire_mocap.coordinates import Coordinates
+from flockwire_mocap.coordinates import Coordinates, coordinates_of
 from flockwire_mocap.core import make_core
 from flockwire_mocap.process import feed
-from flockwire_mocap.streamed import coordinates_of
 from flockwire_mocap.tracking import NO_FRAMES, ReportedBody, SourceState, TrackerFrame, owner
 
 BETTER = 0.2  # times the present distance from the starts, and

@@ -1,6 +1,6 @@
 import pytest
 from flockwire_core.domain.time import SECOND
-from flockwire_mocap.streamed import coordinates_of
+from flockwire_mocap.coordinates import coordinates_of
 from flockwire_mocap.survey.inspection import Inspection
 from flockwire_mocap.tracking import NO_FRAMES, ReportedBody, TrackerFrame
 

@@ -15,7 +15,7 @@ from flockwire_core.wire.codec import Message
 from flockwire_core.wire.keys import Key
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import Report
-from flockwire_mocap.streamed import coordinates_of
+from flockwire_mocap.coordinates import coordinates_of
 from flockwire_mocap.tracking import LOST, ReportedBody, TrackerFrame, unseen
 
 from flockwire_twins.trackers.cameras import SimulatedSource
