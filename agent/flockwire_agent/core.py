@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from math import dist, isfinite
 from typing import Any
@@ -13,24 +13,26 @@ from flockwire_core.domain.order import Mission
 from flockwire_core.domain.time import SECOND
 from flockwire_core.domain.vector import Vector, add
 from flockwire_core.follower_law import follower_law
-from flockwire_core.law import Decision, Observation, Sense
+from flockwire_core.law import Decision, Observation, Place, Sense
+from flockwire_core.objects import load_object
 from flockwire_core.parameters import pilot_parameters
-from flockwire_core.pilot.orders import is_known
+from flockwire_core.pilot.orders import flown_place, is_known
 from flockwire_core.pilot.pilot import Pilot, shown
 from flockwire_core.pilot.wanted import LawCommand
 from flockwire_core.process.cores import Start
-from flockwire_core.swarm.model import uav
+from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message
 from flockwire_core.wire.information import accelerates, information_of
 from flockwire_core.wire.keys import MISSION, Key
 from flockwire_core.wire.law_form import law_form
+from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import CONFLICTS, FILTERED, LAW_STEPS, Report, Status, counted
 
 from flockwire_agent.exchange import Exchange
 from flockwire_agent.guarded_law import GuardedLaw
-from flockwire_agent.ordered_place import site_of
 
 NONE = -1.0  # m: there is no formation error
+AUCTIONED = "flockwire_agent.place_auction:AuctionedPlace"  # loaded by name: few swarms have an auction
 
 
 class AgentCore:
@@ -50,7 +52,11 @@ class AgentCore:
         stopwatch = start.stopwatch if swarm.control.own_law else None
         self._law = GuardedLaw(make, name, stopwatch, declared, form, start.aside)
         self._exchange = Exchange(swarm, number, declared, form, pilot.born)
-        self._site = site_of(swarm, number, pilot.born)
+        self._site: OrderedPlace
+        if swarm.auctioned:
+            self._site = load_object(AUCTIONED)(swarm, number, pilot.born)
+        else:
+            self._site = OrderedPlace(swarm, number)
         pilot.accelerates = accelerates(swarm, number)
         self._command = LawCommand(declared, parameters, pilot.accelerates)
         own = declared.own  # a flag's & takes 1 us
@@ -158,3 +164,41 @@ def place_and_error(observation: Observation, decision: Decision) -> tuple[Vecto
     if decision.error is not None and place is not None:
         return goal, float(decision.error)
     return goal, dist(motion.position, goal) if motion is not None and goal is not None else NONE
+
+
+class OrderedPlace:
+    """The place of follower `number` of `swarm`, by the order; `place` is that to fly in, None outside a formation."""
+
+    def __init__(self, swarm: Swarm, number: int) -> None:
+        self.place: Place | None = None
+        self.formations = {name: swarm.build_formation(name) for name in swarm.formation_names}
+        self.handlers: dict[Key, Callable[[Any], None]] = {}
+        self._rank = swarm.followers.index(number)
+        ranks = {j: rank for rank, j in enumerate(swarm.followers)}
+        self._known: Mapping[int, int] = {j: ranks[j] for j in swarm.topology.neighbours(number) if j in ranks}
+        self._held: int | None = None  # in place of the order's
+        self._flown: Mission | None = None  # the order of the place
+
+    def order(self, mission: Mission, now: int) -> None:
+        """Receive the order in force, at `now` (Unix ns)."""
+
+    def update(self, phase: Phase, mission: Mission | None) -> None:
+        """Set the place, in the formation phase."""
+        if phase is not Phase.FORMATION or mission is None:
+            self.place = None
+        elif self.place is None or mission is not self._flown:
+            self._flown = mission
+            formation, rank = flown_place(self.formations, mission, self._rank, self._held)
+            self.place = Place(formation, rank, mission.start, self._known)
+
+    def command(self, wanted: Vector, phase: Phase, pilot: Pilot) -> Vector:
+        """Return the law's command, or what takes its place."""
+        return wanted
+
+    def messages(self, phase: Phase, pilot: Pilot, leader: LeaderMotion | None, now: int) -> list[tuple[Key, Message]]:
+        """Return what to publish at `now` (Unix ns), by the estimate of the `leader`."""
+        return []
+
+    def reported(self, report: Report) -> Report:
+        """Return `report` with what it adds."""
+        return report

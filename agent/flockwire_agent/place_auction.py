@@ -28,7 +28,7 @@ from flockwire_core.wire.law_form import LawForm
 from flockwire_core.wire.phase import Phase
 from flockwire_core.wire.status import NO_PLACE_YET, Report
 
-from flockwire_agent.ordered_place import OrderedPlace
+from flockwire_agent.core import OrderedPlace
 
 BIDDING = frozenset({Phase.TAKEOFF, Phase.HOLD, Phase.FORMATION})  # who lands, or stands, keeps what it holds
 REPEAT = HEARTBEAT  # ns between two repetitions of the same bids, which may be lost: they are the sign of life, too
