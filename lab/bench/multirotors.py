@@ -37,7 +37,7 @@ from flockwire_twins.kinematics.airframe import FirstOrderAirframe
 from flockwire_twins.multirotor import airframe
 from flockwire_twins.multirotor.airframe import make_vehicle
 from flockwire_twins.multirotor.fitted import FittedVehicle
-from flockwire_twins.multirotor.make import parameters_of
+from flockwire_twins.multirotor.parameters import parameters_of
 from flockwire_twins.multirotor.vehicle import Vehicle
 from matplotlib import pyplot
 from rotorpy.vehicles.crazyflie_params import quad_params

@@ -12,7 +12,7 @@ from flockwire_core.swarm.drones import BUILT_IN_AIRFRAMES, Airframe
 from flockwire_operator.station.excitation import PULSES, STEP
 from flockwire_operator.station.identification import StepResponse, fit_axis
 from flockwire_twins.multirotor.airframe import CRASHED, TURNED_OVER, Multirotor
-from flockwire_twins.multirotor.make import parameters_of
+from flockwire_twins.multirotor.parameters import parameters_of
 from flockwire_twins.multirotor.swarm_file import MODELS
 from flockwire_twins.simulated_airframe import Wear
 from flockwire_twins.wind import Wind

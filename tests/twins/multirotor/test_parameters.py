@@ -5,8 +5,7 @@ import tomllib
 import pytest
 import tomli_w
 from flockwire_core.loading import SwarmFileError, load_swarm
-from flockwire_twins.multirotor.make import parameters_of
-from flockwire_twins.multirotor.parameters import Parameters
+from flockwire_twins.multirotor.parameters import Parameters, parameters_of
 from flockwire_twins.multirotor.rules import problems, settles, stable, warnings
 from flockwire_twins.multirotor.swarm_file import MODELS
 

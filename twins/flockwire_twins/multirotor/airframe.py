@@ -22,8 +22,10 @@ from flockwire_core.swarm.model import Swarm
 
 from flockwire_twins.kinematics.airframe import GROUNDED, STOPPED, FlyingBody
 from flockwire_twins.kinematics.drone import SimulatedDrone
-from flockwire_twins.multirotor.make import make_vehicle, parameters_of
-from flockwire_twins.multirotor.parameters import Parameters
+from flockwire_twins.multirotor.fitted import FittedVehicle
+from flockwire_twins.multirotor.parameters import Parameters, parameters_of
+from flockwire_twins.multirotor.rotors import RotorVehicle
+from flockwire_twins.multirotor.vehicle import Vehicle
 from flockwire_twins.simulated_airframe import Wear
 
 CRASH: Final = 2.0  # m/s at which it does not survive to touch the ground
@@ -118,6 +120,15 @@ class Multirotor(FlyingBody):
         vehicle = self.vehicle
         self.velocity, self.orientation = vehicle.velocity, vehicle.orientation
         self.position = add(vehicle.position, scale(vehicle.velocity, dt))
+
+
+def make_vehicle(p: Parameters) -> Vehicle:
+    """Return a vehicle: by the fitted model if it has one."""
+    if p.fitted is not None:
+        return FittedVehicle(p, p.fitted)
+    if p.rotors is not None:
+        return RotorVehicle(p, p.rotors)
+    raise ValueError("neither a fitted model nor rotors")
 
 
 def approach(v: Vector, to: Vector, share: float) -> Vector:

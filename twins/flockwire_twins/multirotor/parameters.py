@@ -1,13 +1,21 @@
-"""The figures of a multirotor as tables, each with its unit in its name."""
+"""The figures of a multirotor as tables, each with its unit in its name: of a model, or of a user's file."""
 
 from __future__ import annotations
 
+import tomllib
+from functools import cache
 from math import sqrt
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from flockwire_core.process.driving import GRAVITY
 from flockwire_core.swarm.tables import Finite, Model, NotNegative, Positive, Share, key
+from flockwire_core.swarm.validation import validate
 from pydantic import Field
+
+from flockwire_twins.multirotor.swarm_file import MODELS, MultirotorInAirframes
+
+if TYPE_CHECKING:
+    from flockwire_core.swarm.drones import AirframeKeys
 
 Stiff = Annotated[tuple[Annotated[float, Field(lt=0, allow_inf_nan=False)], Positive], Field(strict=False)]  # a, c
 Rising = Annotated[tuple[Finite, Positive], Field(strict=False)]
@@ -86,3 +94,25 @@ class Parameters(Model):
         if self.fitted is not None:
             return self.fitted.tilt_damping_per_s / self.fitted.tilt_per_s2[0], self.fitted.thrust_lag_s
         return 1.0 / self.autopilot.attitude_gain_per_s, self.autopilot.rotor_time_s
+
+
+class ParametersError(ValueError):
+    """A file of parameters that cannot be flown."""
+
+
+@cache
+def _read(name: str, text: str | None) -> Parameters:
+    try:
+        table = MODELS[name] if text is None else tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ParametersError(f"{name}: not TOML: {error}") from None
+    return validate(Parameters, table, name, ParametersError)
+
+
+def parameters_of(airframe: AirframeKeys) -> Parameters:
+    """Return the figures of an airframe; raises ParametersError with a line for each problem of its file."""
+    if not isinstance(airframe, MultirotorInAirframes):
+        raise TypeError(f"{airframe!r} has no keys of a multirotor")
+    file = airframe.file
+    found = _read(airframe.model, None) if file is None else _read(file, airframe.frames)
+    return found if found.fitted and not airframe.rotors else found.model_copy(update={"fitted": None})

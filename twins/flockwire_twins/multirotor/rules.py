@@ -12,8 +12,8 @@ from flockwire_core.process.driving import GRAVITY
 from flockwire_core.swarm.airframes import MULTIROTOR
 from flockwire_core.swarm.validation import Problem
 
-from flockwire_twins.multirotor.make import ParametersError, make_vehicle, parameters_of
-from flockwire_twins.multirotor.parameters import Parameters
+from flockwire_twins.multirotor.airframe import make_vehicle
+from flockwire_twins.multirotor.parameters import Parameters, ParametersError, parameters_of
 
 if TYPE_CHECKING:
     from flockwire_core.swarm.model import Swarm
