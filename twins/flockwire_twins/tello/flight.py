@@ -1,22 +1,45 @@
-"""The flight controller of a simulated Tello: manoeuvres, sticks, battery, sensors."""
+"""The flight controller of a simulated Tello: manoeuvres, sticks, battery, sensors.
+
+A manoeuvre, as take-off, landing, waypoints or a turn, gives a velocity until it is done:
+
+    v_u = limit(K (target − position), speed),   omega_u = limit(K_yaw (heading − yaw), rate)
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import ceil, pi
+from typing import NamedTuple
 
 from flockwire_core.domain.time import SECOND, nanoseconds
-from flockwire_core.domain.vector import Vector, add
+from flockwire_core.domain.vector import ZERO, Vector, add, limit, norm, scale, subtract
 from flockwire_tello.state_string import TelloState
 from flockwire_tello.sticks import CENTRED, Sticks, to_body, to_velocity, to_world
 
-from flockwire_twins.tello import manoeuvres
-from flockwire_twins.tello.airframe import TelloAirframe, clockwise_degrees
-from flockwire_twins.tello.manoeuvres import HOVER, Manoeuvre, Setpoint
+from flockwire_twins.tello.airframe import AirframeMotion, TelloAirframe, clockwise_degrees
 from flockwire_twins.tello.parameters import Quirk, TelloParameters
 
 CYCLE = SECOND // 50  # of the controller
 TAKEOFF_BATTERY = 0.10  # share under which it refuses (user manual: low battery)
 LOWEST_TOF, FARTHEST_TOF, NO_TOF = 10, 800, 6553  # cm: on the ground, and without an echo
+POSITION_GAIN = 1.2  # 1/s
+ARRIVED = 0.03  # m
+TURNED = pi / 360.0  # rad
+CLIMB = 0.6  # m/s
+TURN_RATE = 1.2  # rad/s
+
+
+class Setpoint(NamedTuple):
+    """A command to the airframe: body velocity (FLU, m/s), yaw rate (rad/s, ccw)."""
+
+    velocity: Vector
+    yaw_rate: float
+
+
+HOVER = Setpoint(ZERO, 0.0)
+
+Manoeuvre = Callable[[AirframeMotion, int], Setpoint | None]
+"""Returns what to command at a motion and a time (ns); None once it is done."""
 
 
 class SimulatedFlight:
@@ -30,7 +53,7 @@ class SimulatedFlight:
         self._parameters = parameters
         self.next_cycle = now  # when `cycle` is due, ns
         self._ground = parameters.position[2]
-        self._landing = manoeuvres.landing(self._ground, parameters.sink)
+        self._landing = landing(self._ground, parameters.sink)
         self._sticks, self._sticks_at = CENTRED, now
         self._last = HOVER
 
@@ -45,7 +68,7 @@ class SimulatedFlight:
         self.airframe.start(now)
         self._sticks = CENTRED
         # of the motors, before it climbs
-        self.manoeuvre = manoeuvres.take_off(
+        self.manoeuvre = taking_off(
             self._ground + p.takeoff_height, now + 4 * SECOND // 5, now + nanoseconds(p.takeoff_time)
         )
 
@@ -56,15 +79,16 @@ class SimulatedFlight:
     def fly(self, points: tuple[Vector, ...], speed: float, now: int) -> None:
         """Fly through `points` (m, forward, left, up from here) at `speed` m/s."""
         motion = self.airframe.motion(now)
-        self.manoeuvre = manoeuvres.legs([add(motion.position, to_world(point, motion.yaw)) for point in points], speed)
+        self.manoeuvre = legs([add(motion.position, to_world(point, motion.yaw)) for point in points], speed)
 
     def turn(self, clockwise: float, now: int) -> None:
         """Turn by an angle, degrees."""
-        self.manoeuvre = manoeuvres.turn(self.airframe.motion(now).yaw - clockwise * pi / 180.0)
+        self.manoeuvre = turning(self.airframe.motion(now).yaw - clockwise * pi / 180.0)
 
     def pause(self, seconds: float, now: int) -> None:
         """Stay in place."""
-        self.manoeuvre = manoeuvres.pause(now + nanoseconds(seconds))
+        until = now + nanoseconds(seconds)
+        self.manoeuvre = lambda motion, at: None if at >= until else HOVER
 
     def stop(self) -> None:
         """Hover."""
@@ -151,3 +175,47 @@ class SimulatedFlight:
         self.battery = max(0.0, self.battery - dt / (p.endurance if self.flying else p.idle_endurance))
         if not self.battery and self.airframe.motors:
             self.cut(self.next_cycle - CYCLE)
+
+
+def taking_off(height: float, climb: int, until: int) -> Manoeuvre:
+    """Run the motors until `climb` (ns), then climb to `height` (m, world z); over at `until` (ns)."""
+
+    def setpoint(motion: AirframeMotion, now: int) -> Setpoint | None:
+        if now >= until:
+            return None
+        speed = max(-CLIMB, min(CLIMB, POSITION_GAIN * (height - motion.position[2])))
+        return HOVER if now < climb else Setpoint((0.0, 0.0, speed), 0.0)
+
+    return setpoint
+
+
+def landing(ground: float, sink: float) -> Manoeuvre:
+    """Fly straight down at `sink` m/s, to `ground` (m, world z)."""
+    return lambda motion, now: None if motion.position[2] <= ground else Setpoint((0.0, 0.0, -sink), 0.0)
+
+
+def legs(points: list[Vector], speed: float) -> Manoeuvre:
+    """Fly from point to point (m, world frame), at `speed` m/s; it stops only at the last. Removes passed points."""
+
+    def setpoint(motion: AirframeMotion, now: int) -> Setpoint | None:
+        to_go = subtract(points[0], motion.position)
+        last = len(points) == 1
+        if not last and norm(to_go) < speed / POSITION_GAIN:
+            points.pop(0)
+        elif last and norm(to_go) < ARRIVED and norm(motion.velocity) < ARRIVED:
+            return None
+        return Setpoint(to_body(limit(scale(to_go, POSITION_GAIN), speed), motion.yaw), 0.0)
+
+    return setpoint
+
+
+def turning(heading: float) -> Manoeuvre:
+    """Turn to a heading (rad, ccw, not wrapped)."""
+
+    def setpoint(motion: AirframeMotion, now: int) -> Setpoint | None:
+        to_go = heading - motion.yaw
+        if abs(to_go) < TURNED and abs(motion.yaw_rate) < 4.0 * TURNED:
+            return None
+        return Setpoint(ZERO, max(-TURN_RATE, min(TURN_RATE, 2.5 * to_go)))  # 1/s
+
+    return setpoint
