@@ -22,16 +22,13 @@ from flockwire_mocap.natnet.packets import (
     encode,
     encode_command,
     encode_connect,
-    encode_frame,
-    encode_model,
-    encode_server_info,
 )
 from flockwire_mocap.natnet.session import NatNetSession
 from flockwire_mocap.tracking import ReportedBody
 from flockwire_mocap.vrpn.connection import PoseBody, VrpnConnection, VrpnMessage
 from flockwire_mocap.vrpn.connection import encode as encode_vrpn
 from flockwire_mocap.vrpn.source import Reports
-from flockwire_twins.trackers.natnet import NatNetTwin, announced
+from flockwire_twins.trackers.natnet import NatNetTwin, announced, encode_frame, encode_model, encode_server_info
 
 VERSIONS: tuple[Version, ...] = ((3, 0), (3, 1), (4, 0), (4, 1), (4, 2), (4, 5))
 EXTREMES = (b"\xff\xff\xff\x7f", b"\xff\xff\xff\xff", b"\0\0\0\x80", b"\0\0\0\0", b"\0\0\xc0\x7f", b"\x01\0\0\0")

@@ -6,13 +6,12 @@ from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.swarm.model import uav
 from flockwire_core.wire.keys import Key
 from flockwire_mocap.core import make_core
-from flockwire_mocap.natnet.packets import Connect, Kind
-from flockwire_mocap.natnet.parsing import parse_request
+from flockwire_mocap.natnet.packets import Kind
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 from flockwire_mocap.vrpn.connection import PoseBody, VrpnConnection
 from flockwire_mocap.vrpn.source import SET_BACK
 from flockwire_twins.trackers.core import TwinCore
-from flockwire_twins.trackers.natnet import NatNetTwin, announced
+from flockwire_twins.trackers.natnet import Connect, NatNetTwin, announced, parse_request
 
 NOW = 1_790_000_000 * SECOND
 FRAME = SECOND // 100

@@ -1,4 +1,4 @@
-"""The packets of NatNet as named tuples, their numbers on the wire, and their encoding, by a server and a client.
+"""The packets of a NatNet server as named tuples, their numbers on the wire, and a client's packets.
 
 Every packet is little-endian: u16 kind, u16 length of the body, body. Lengths in m or the unit that Motive is set to;
 ticks are those of the server's clock, whose frequency the server info gives.
@@ -6,12 +6,9 @@ ticks are those of the server's clock, whose frequency the server info gives.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from enum import IntEnum
 from struct import Struct, pack
 from typing import NamedTuple
-
-from flockwire_core.domain.pose import LEVEL
 
 from flockwire_mocap.tracking import ReportedBody
 
@@ -21,17 +18,14 @@ COMMAND_PORT, DATA_PORT, GROUP = 1510, 1511, "239.255.42.99"
 OLDEST: Version = (3, 0)
 ADJUSTABLE: Version = (4, 0)  # in unicast, a client may ask for an older bitstream; markers have names
 COUNTED: Version = (4, 1)  # each section is preceded by its size in bytes
-TURNED: Version = (4, 2)  # a rigid body's description holds a quaternion
 NEWEST: Version = (4, 5)  # IMU and GPIO sections before the suffix
 
 HEADER = Struct("<HH")
 RIGID_BODY = Struct("<i7ffH")  # id, x y z, qx qy qz qw, mean marker error, parameters
 SENDER = Struct("<256s4B4B")  # a client's or a server's name, version of the application, of NatNet
 CONNECTION = Struct("<QHB4s")  # clock frequency, data port, multicast, group
-REQUESTED_VERSION = Struct("<265xBB2x")  # a long greeting: name, versions, one option, then that version
 SUFFIX = Struct("<IIdQQQH")  # timecode, its subframe, timestamp, three ticks, parameters
 PRECISE_SUFFIX = Struct("<IIdQQQIIH")  # the same with two u32 of a precision time stamp
-ECHO = Struct("<Q")  # a number of the client; the answer has it again, and the server's clock in ticks
 TRACKING_VALID = 1  # bit of a rigid body's parameters
 MODELS_CHANGED = 2  # bit of a frame's parameters
 
@@ -99,12 +93,6 @@ class Response(NamedTuple):
     code: int | None
 
 
-class Echo(NamedTuple):
-    """A client's request for the server's clock, with a number of its own."""
-
-    number: int
-
-
 class Other(NamedTuple):
     """A packet without bodies: text for the user, an unrecognized request, a kind not known."""
 
@@ -120,21 +108,6 @@ class Rejected(NamedTuple):
 Packet = ServerInfo | ModelDefinition | MocapFrame | Response | Other | Rejected
 
 
-class Connect(NamedTuple):
-    """A client's greeting, with the bitstream version that it requests, if any."""
-
-    version: Version | None = None
-
-
-class RemoteCommand(NamedTuple):
-    """A client's command as text, e.g. "Bitstream,3.0"."""
-
-    text: str
-
-
-ClientPacket = Connect | RemoteCommand | Echo | Other | Rejected
-
-
 def can_adjust(version: Version, multicast: bool) -> bool:
     """Return whether a client may choose an older bitstream at a server of this version."""
     return version >= ADJUSTABLE and not multicast
@@ -144,9 +117,6 @@ def version_of(text: str) -> Version:
     """Return a version that is written as "4.1"."""
     major, _, minor = text.partition(".")
     return int(major), int(minor)
-
-
-END = bytes(4)
 
 
 def encode(kind: Kind, body: bytes = b"") -> bytes:
@@ -173,46 +143,3 @@ def encode_model_request(masked: bool) -> bytes:
     The vendor's sample sends no mask; a Motive 3.1 is reported to answer only requests that have one.
     """
     return encode(Kind.REQUEST_MODEL, pack("<I", 2) if masked else b"")  # of the mask of types: 1 << their type
-
-
-def encode_server_info(info: ServerInfo) -> bytes:
-    """Return the answer to a greeting."""
-    name = info.name.encode()[:255]
-    head = SENDER.pack(name, *info.application_version, *info.natnet_version)
-    group = bytes(map(int, info.group.split(".")))
-    return encode(Kind.SERVER_INFO, head + CONNECTION.pack(info.clock_frequency, info.data_port, info.multicast, group))
-
-
-def encode_model(names: Mapping[int, str], version: Version) -> bytes:
-    """Return the model definition of rigid bodies, by number, without markers."""
-    descriptions = [_description(identity, name, version) for identity, name in names.items()]
-    return encode(Kind.MODEL, pack("<i", len(descriptions)) + b"".join(descriptions) + END)
-
-
-def encode_frame(frame: MocapFrame, version: Version) -> bytes:
-    """Return a frame with a section of rigid bodies, all others empty; positions are rounded to single precision."""
-    bodies = b"".join(map(_body, frame.bodies))
-    size, empty = (pack("<I", len(bodies)), bytes(8)) if version >= COUNTED else (b"", bytes(4))
-    behind = 4 + (version >= COUNTED) + 2 * (version >= NEWEST)  # of all versions; assets; IMU and GPIO
-    sections = 2 * empty + pack("<I", len(frame.bodies)) + size + bodies + behind * empty
-    return encode(Kind.FRAME, pack("<i", frame.number) + sections + _suffix(frame, version) + END)
-
-
-def _body(body: ReportedBody) -> bytes:
-    flags = TRACKING_VALID if body.tracked else 0
-    return RIGID_BODY.pack(body.identity, *body.position, *body.orientation, 0.0, flags)
-
-
-def _suffix(frame: MocapFrame, version: Version) -> bytes:
-    received = (frame.mid_exposure + frame.transmitted) // 2
-    common = (0, 0, frame.timestamp, frame.mid_exposure, received, frame.transmitted)  # without a timecode
-    if version >= ADJUSTABLE:  # the vendor's sample clients read the precision from 4.0 on
-        return PRECISE_SUFFIX.pack(*common, 0, 0, frame.parameters)
-    return SUFFIX.pack(*common, frame.parameters)
-
-
-def _description(identity: int, name: str, version: Version) -> bytes:
-    """Return a rigid body's description: no parent, no offset, no turn, no markers."""
-    turn = pack("<4f", *LEVEL) if version >= TURNED else b""
-    data = name.encode() + b"\0" + pack("<ii3f", identity, -1, 0.0, 0.0, 0.0) + turn + pack("<i", 0)
-    return pack("<i", 1) + (pack("<I", len(data)) if version >= COUNTED else b"") + data

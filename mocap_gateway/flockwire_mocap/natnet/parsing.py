@@ -1,4 +1,4 @@
-"""Parses datagrams of a server and of a client. Nothing is raised: an unreadable datagram is `Rejected`.
+"""Parses datagrams of a server. Nothing is raised: an unreadable datagram is `Rejected`.
 
 A frame of motion capture data: i32 frame number; marker sets; other markers; rigid bodies; skeletons; from 4.1 assets;
 labelled markers; force plates; devices; from 4.5 IMU and GPIO; suffix; an end marker of four bytes, not checked. Up to
@@ -18,29 +18,22 @@ from flockwire_mocap.natnet.packets import (
     ADJUSTABLE,
     CONNECTION,
     COUNTED,
-    ECHO,
-    HEADER,
     PRECISE_SUFFIX,
-    REQUESTED_VERSION,
     RIGID_BODY,
     SENDER,
     SUFFIX,
     TRACKING_VALID,
-    ClientPacket,
-    Connect,
-    Echo,
     Kind,
     MocapFrame,
     ModelDefinition,
     Other,
     Packet,
     Rejected,
-    RemoteCommand,
     Response,
     ServerInfo,
     Version,
 )
-from flockwire_mocap.natnet.reader import TEXT, Layout, MalformedError, PacketReader
+from flockwire_mocap.natnet.reader import TEXT, Layout, MalformedError, PacketReader, open_packet
 from flockwire_mocap.tracking import ReportedBody
 
 _MARKERS: Layout = (12,)  # each x y z
@@ -62,11 +55,11 @@ _OTHERS: dict[int, Layout] = {  # by type
 def parse(datagram: bytes, version: Version | None) -> Packet:
     """Return a server's packet; frames and models need the `version` of the stream, None if not known."""
     try:
-        kind, body = _open(datagram)
+        kind, body = open_packet(datagram)
         if kind == Kind.SERVER_INFO:
             return _read_server_info(body)
         if kind == Kind.RESPONSE:
-            return Response(None, body.integer()) if body.remaining == 4 else Response(_loose_text(body), None)
+            return Response(None, body.integer()) if body.remaining == 4 else Response(body.loose_text(), None)
         if kind not in {Kind.FRAME, Kind.MODEL}:
             return Other(kind)
         if version is None:
@@ -74,34 +67,6 @@ def parse(datagram: bytes, version: Version | None) -> Packet:
         return read_frame(body, version) if kind == Kind.FRAME else read_model(body, version)
     except MalformedError as error:
         return Rejected(str(error))
-
-
-def parse_request(datagram: bytes) -> ClientPacket:
-    """Return a client's request."""
-    try:
-        kind, body = _open(datagram)
-        if kind == Kind.CONNECT:
-            return _read_greeting(body)
-        if kind == Kind.ECHO:
-            return Echo(*body.unpack(ECHO))
-        return RemoteCommand(_loose_text(body)) if kind == Kind.REQUEST else Other(kind)
-    except MalformedError as error:
-        return Rejected(str(error))
-
-
-def _read_greeting(body: PacketReader) -> Connect:
-    """Read a greeting: only "Ping", or name and versions, or longer: then it may request a version, or 0.0."""
-    if body.remaining < REQUESTED_VERSION.size:
-        return Connect()
-    major, minor = body.unpack(REQUESTED_VERSION)
-    return Connect((major, minor) if major else None)
-
-
-def _open(datagram: bytes) -> tuple[int, PacketReader]:
-    """Return kind and body; bytes after the announced ones are ignored."""
-    reader = PacketReader(datagram)
-    kind, length = reader.unpack(HEADER)
-    return kind, reader.part(length)
 
 
 def _read_server_info(body: PacketReader) -> ServerInfo:
@@ -114,13 +79,6 @@ def _read_server_info(body: PacketReader) -> ServerInfo:
     a, b, c, d, *natnet = versions
     e, f, g, h = natnet
     return ServerInfo(text, (a, b, c, d), (e, f, g, h), frequency, port, bool(multicast), ".".join(map(str, group)))
-
-
-def _loose_text(body: PacketReader) -> str:
-    """Read text that may end with its NUL or with the packet."""
-    if body.remaining > 4096:  # bytes of a response
-        raise MalformedError(f"a text of {body.remaining} bytes")
-    return body.remainder().partition(b"\0")[0].decode(errors="replace")
 
 
 def read_frame(reader: PacketReader, version: Version) -> MocapFrame:

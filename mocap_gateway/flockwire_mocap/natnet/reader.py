@@ -5,6 +5,8 @@ from __future__ import annotations
 from struct import Struct
 from typing import Any
 
+from flockwire_mocap.natnet.packets import HEADER
+
 TEXT = "text"
 Layout = tuple["int | str | Layout", ...]
 """Fields to pass over: so many bytes; TEXT up to its NUL; an i32 count and as many elements of a layout."""
@@ -79,6 +81,12 @@ class PacketReader:
         begin = self.skip(end + 1 - self._position)
         return self._data[begin:end].decode(errors="replace")
 
+    def loose_text(self) -> str:
+        """Read text that may end with its NUL or with the packet."""
+        if self.remaining > 4096:  # bytes of a response
+            raise MalformedError(f"a text of {self.remaining} bytes")
+        return self.remainder().partition(b"\0")[0].decode(errors="replace")
+
     def remainder(self) -> bytes:
         """Read all bytes that are left."""
         begin = self.skip(self.remaining)
@@ -93,3 +101,10 @@ class PacketReader:
         """Read a section as from 4.1 on: i32 count, u32 size in bytes; returns the count and a reader of the bytes."""
         count, size = self.unpack(_SECTION)
         return count, self.part(size)
+
+
+def open_packet(datagram: bytes) -> tuple[int, PacketReader]:
+    """Return kind and body; bytes after the announced ones are ignored."""
+    reader = PacketReader(datagram)
+    kind, length = reader.unpack(HEADER)
+    return kind, reader.part(length)

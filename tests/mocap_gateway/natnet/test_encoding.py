@@ -1,21 +1,24 @@
 import pytest
 from flockwire_mocap.natnet.packets import (
-    Connect,
     Kind,
     MocapFrame,
     ModelDefinition,
     Other,
-    RemoteCommand,
     ServerInfo,
     encode,
     encode_command,
     encode_connect,
+)
+from flockwire_mocap.natnet.parsing import parse
+from flockwire_mocap.tracking import ReportedBody
+from flockwire_twins.trackers.natnet import (
+    Connect,
+    RemoteCommand,
     encode_frame,
     encode_model,
     encode_server_info,
+    parse_request,
 )
-from flockwire_mocap.natnet.parsing import parse, parse_request
-from flockwire_mocap.tracking import ReportedBody
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

@@ -1,20 +1,11 @@
 import pytest
 from flockwire_core.domain.time import SECOND
 from flockwire_core.swarm.gateway import NatNet
-from flockwire_mocap.natnet.packets import (
-    Kind,
-    MocapFrame,
-    ServerInfo,
-    encode,
-    encode_command,
-    encode_connect,
-    encode_frame,
-    encode_model,
-    encode_server_info,
-)
+from flockwire_mocap.natnet.packets import Kind, MocapFrame, ServerInfo, encode, encode_command, encode_connect
 from flockwire_mocap.natnet.session import MODEL_PAUSE, PERIOD, NatNetSession
 from flockwire_mocap.natnet.source import trouble
 from flockwire_mocap.tracking import ReportedBody
+from flockwire_twins.trackers.natnet import encode_frame, encode_model, encode_server_info
 
 SERVER = "10.0.0.1"
 INFO = ServerInfo("Motive", (3, 1, 0, 0), (4, 1, 0, 0), 10_000_000, 1511, False, "239.255.42.99")
