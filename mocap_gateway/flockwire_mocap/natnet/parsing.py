@@ -22,18 +22,22 @@ from flockwire_mocap.natnet.packets import (
     RIGID_BODY,
     SENDER,
     SUFFIX,
+    TEXT,
     TRACKING_VALID,
     Kind,
+    Layout,
+    MalformedError,
     MocapFrame,
     ModelDefinition,
     Other,
     Packet,
+    PacketReader,
     Rejected,
     Response,
     ServerInfo,
     Version,
+    open_packet,
 )
-from flockwire_mocap.natnet.reader import TEXT, Layout, MalformedError, PacketReader, open_packet
 from flockwire_mocap.tracking import ReportedBody
 
 _MARKERS: Layout = (12,)  # each x y z

@@ -24,16 +24,18 @@ from flockwire_mocap.natnet.packets import (
     SUFFIX,
     TRACKING_VALID,
     Kind,
+    MalformedError,
     MocapFrame,
     Other,
+    PacketReader,
     Rejected,
     ServerInfo,
     Version,
     can_adjust,
     encode,
+    open_packet,
     version_of,
 )
-from flockwire_mocap.natnet.reader import MalformedError, PacketReader, open_packet
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 
 FREQUENCY = 10_000_000  # Hz, of the performance counter of most Windows machines
