@@ -52,7 +52,7 @@ SOURCES: Mapping[str, SourceRow] = {  # by gateway.source
     "vrpn": SourceRow("flockwire_mocap.vrpn.source:VrpnSource", "flockwire_mocap.vrpn.client:VrpnClient"),
     "qualisys": SourceRow("flockwire_mocap.qualisys:QualisysSource", "flockwire_mocap.qualisys:QualisysClient"),
     "vicon": SourceRow("flockwire_mocap.vicon:ViconSource", "flockwire_mocap.vicon:ViconClient"),
-    "ros": SourceRow("flockwire_mocap.ros.source:RosSource", "flockwire_mocap.ros.client:RosClient"),
+    "ros": SourceRow("flockwire_mocap.ros:RosSource", "flockwire_mocap.ros:RosClient"),
     "replay": SourceRow("flockwire_mocap.replay:ReplaySource", "flockwire_mocap.replay:loaded"),
 }
 

@@ -23,8 +23,8 @@ from flockwire_core.wire.keys import Key
 from mcap.exceptions import McapError
 from mcap.reader import NonSeekingReader
 
+from flockwire_mocap.body_names import BodyNames, LengthError
 from flockwire_mocap.coordinates import coordinates_of
-from flockwire_mocap.ros.naming import BodyNames, LengthError
 from flockwire_mocap.tracking import ReportedBody, SourceState, TrackerFrame, framed, is_pose
 
 STEP = SECOND  # ns between the clock of a topic's stamps and that of the recording, from which on one was set

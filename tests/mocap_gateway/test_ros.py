@@ -26,8 +26,8 @@ from flockwire_core.ros.messages import (
 from flockwire_core.wire.cdr import Writer
 from flockwire_core.wire.codec import encode
 from flockwire_core.wire.plan import Plan
-from flockwire_mocap.ros.naming import SINGLE
-from flockwire_mocap.ros.source import MOST_BODIES, NO_STAMP, OWNED, SAME, UNSET, RosSource
+from flockwire_mocap.body_names import SINGLE
+from flockwire_mocap.ros import MOST_BODIES, NO_STAMP, OWNED, SAME, UNSET, RosSource
 
 NOW = 1_790_000_000 * SECOND
 LEVEL = (0.0, 0.0, 0.0, 1.0)
