@@ -12,7 +12,7 @@ from typing import Any
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 TRACKED = ("completeness", "core", "field_bodies", "relative_sensor", "tracking")
-MULTIROTOR = ("airframe", "autopilot", "fitted", "rotors", "vehicle")
+MULTIROTOR = ("airframe", "fitted", "rotors", "vehicle")
 COMPILED = (
     "core/flockwire_core/control",
     "core/flockwire_core/domain",
