@@ -15,7 +15,7 @@ from flockwire_core.parameters import pilot_parameters
 from flockwire_core.pilot.neighbourhood import LEADING_PHASES
 from flockwire_core.pilot.phases import age
 from flockwire_core.pilot.pilot import Pilot
-from flockwire_core.pilot.place import keep_place
+from flockwire_core.pilot.wanted import keep_place
 from flockwire_core.process.cores import Core, Start
 from flockwire_core.swarm.model import Swarm, uav
 from flockwire_core.wire.codec import Message

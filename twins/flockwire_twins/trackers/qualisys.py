@@ -13,8 +13,7 @@ from math import asin, atan2, degrees, hypot
 from struct import Struct
 from xml.sax.saxutils import escape
 
-from flockwire_core.domain.pose import Quaternion
-from flockwire_core.domain.quaternion import rotate
+from flockwire_core.domain.pose import Quaternion, rotate
 from flockwire_core.domain.time import MICROSECOND
 from flockwire_mocap.tracking import ReportedBody, TrackerFrame
 
