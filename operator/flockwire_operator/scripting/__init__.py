@@ -35,8 +35,10 @@ def open_swarm(
         require("matplotlib", "report", "the report")
     if folder is not None:
         check_no_trace(folder)
-    from flockwire_operator.scripting.opening import real_flight, virtual_flight  # noqa: PLC0415  (what it needs is here)
-
     if virtual:
+        from flockwire_operator.scripting.virtual import virtual_flight  # noqa: PLC0415
+
         return virtual_flight(plan, path, seed, folder)
+    from flockwire_operator.scripting.real import real_flight  # noqa: PLC0415
+
     return real_flight(plan, path, Path(out or f"runs/{plan.swarm.name}-script-{clock.local():%Y%m%d-%H%M%S}"))

@@ -10,8 +10,7 @@ from flockwire_core.domain.time import SECOND
 from flockwire_core.ground import director
 from flockwire_core.runtime.standard_streams import later
 from flockwire_core.security.files import CredentialsError
-from flockwire_operator.scripting import FlightError, open_swarm
-from flockwire_operator.scripting import opening as openings
+from flockwire_operator.scripting import FlightError, open_swarm, real
 from flockwire_operator.station import host as hosts
 from flockwire_operator.station import operator, processes
 from ports import free_ports
@@ -144,13 +143,13 @@ def opened_without_trace(make_plan, children, tmp_path, monkeypatch):
     monkeypatch.setattr(processes, "connected", connected)
     monkeypatch.setattr(processes, "start_processes", start_processes)
     (tmp_path / "mine.toml").touch()
-    return lambda: openings.real_flight(plan, tmp_path / "mine.toml", tmp_path)
+    return lambda: real.real_flight(plan, tmp_path / "mine.toml", tmp_path)
 
 
 @pytest.fixture
 def opened(opened_without_trace, monkeypatch):
     """Return what opens such a flight, with a report."""
-    monkeypatch.setattr(openings, "write_report", lambda *_: None)
+    monkeypatch.setattr(real, "write_report", lambda *_: None)
     return opened_without_trace
 
 
@@ -247,7 +246,7 @@ def test_without_a_trace_the_flights_own_failure_is_what_the_script_gets(opened_
 
 def test_the_report_is_written_while_the_terminal_is_paused(opened_without_trace, monkeypatch):
     written, before_it_resumed = threading.Event(), []
-    monkeypatch.setattr(openings, "write_report", lambda *_: written.set())
+    monkeypatch.setattr(real, "write_report", lambda *_: written.set())
 
     async def fly():
         async with opened_without_trace():

@@ -1,4 +1,4 @@
-"""Opens a flight by script, which the script conducts, and ends it: in virtual time or with real processes."""
+"""A real flight by script: all processes of this host, as `up` starts them, conducted by the script."""
 
 from __future__ import annotations
 
@@ -10,13 +10,9 @@ from functools import partial
 from pathlib import Path
 
 from flockwire_analysis.report import write_report
-from flockwire_analysis.summary import summarise
 from flockwire_core import clock
-from flockwire_core.domain.time import SECOND, nanoseconds
 from flockwire_core.runtime.standard_streams import later, unblocked
 from flockwire_core.wire.plan import Plan
-from flockwire_lab.flight import TraceFile, TraceInMemory
-from flockwire_lab.world import LINGER, World
 
 from flockwire_operator.scripting.flight import Flight, FlightError
 from flockwire_operator.station.folders import complete_keys
@@ -26,34 +22,8 @@ from flockwire_operator.station.restarts import Restarts
 from flockwire_operator.station.terminal.interrupts import Interrupts
 
 
-@asynccontextmanager
-async def virtual_flight(plan: Plan, file: Path, seed: int, out: Path | None) -> AsyncIterator[Flight]:
-    """Fly `plan` by `seed`; the world advances while the script waits.
-
-    With a folder `out` its trace and report go there.
-    """
-    trace: TraceFile | TraceInMemory = TraceInMemory(plan.swarm, seed)
-    if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        trace = TraceFile(out / "trace.mcap", plan.swarm, file.read_text(encoding="utf-8"), seed)
-    world = World(plan.swarm, seed, 0.0, (), trace.take)
-    world.conduct(None)
-
-    async def sleep(seconds: float) -> None:
-        world.advance(world.scheduler.now + nanoseconds(seconds))
-        await asyncio.sleep(0)
-
-    flight = Flight(world.plan, world.station().core, lambda: world.scheduler.now, sleep)
-    try:
-        yield flight
-    finally:
-        await flight._land_what_flies()
-        await sleep(LINGER / SECOND)
-        if isinstance(trace, TraceInMemory):
-            flight.summary = summarise(trace.trace())
-        elif out is not None:
-            trace.close()
-            flight.summary = write_report(out / "trace.mcap", out)
+def _note(event: str) -> None:
+    later(partial(print, f"flockwire: {event}", file=sys.stderr))
 
 
 @asynccontextmanager
@@ -87,10 +57,6 @@ async def real_flight(plan: Plan, file: Path, out: Path) -> AsyncIterator[Flight
             stack.callback(ended.set)
             stack.push_async_callback(flight._land_what_flies)
             yield flight
-
-
-def _note(event: str) -> None:
-    later(partial(print, f"flockwire: {event}", file=sys.stderr))
 
 
 def _report(flight: Flight, out: Path, _: object, failure: BaseException | None, __: object) -> None:
