@@ -28,7 +28,6 @@ from aiohttp import ClientSession
 from flockwire_core.domain.order import Answer, Order
 from flockwire_core.ground.fleet import ON_GROUND
 from flockwire_core.wire.phase import Phase
-from flockwire_operator.station.giving import obey
 from stop import Bench, busy
 
 SITUATIONS = ("in the air", "on the ground", "in take-off")
@@ -168,7 +167,9 @@ class Field:
         return {s.identity: f"{s.report.phase} ({verbs[s.identity]}) {s.report.detail}".strip() for s in fresh}
 
     def _order(self, verb: str, formation: str) -> Answer:
-        return self.swarm.loop.run_until_complete(obey(self.swarm.operator, Order(verb, formation)))
+        answers: list[Answer] = []
+        self.swarm.operator.ask(Order(verb, formation), 0.0, answers.append)
+        return self.swarm.loop.run_until_complete(self.swarm.operator.run(lambda _: answers[0] if answers else None))
 
     def _down(self) -> bool:
         return self._fleet().all_in(*ON_GROUND) and not self._fleet().not_down()

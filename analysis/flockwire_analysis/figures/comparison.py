@@ -82,7 +82,7 @@ def _from_above(drawn: Sequence[tuple[Trace, Look]], names: Sequence[str], out: 
         times = airborne(trace).instants(1000)
         for number in trace.placed():
             path = places(trace, number, times)[:, :2]
-            width = 1.1 if number == 0 else 0.7
+            width = 1.1 if number in trace.swarm.leaders else 0.7
             axes.plot(*path.T, color=colour, linestyle=style, linewidth=width, alpha=0.8)
             if trace is canvas.trace and len(trace.placed()) <= MOST_NAMED:
                 _name_end(axes, canvas.name(number), path[np.isfinite(path).all(axis=1)])
