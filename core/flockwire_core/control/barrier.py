@@ -150,13 +150,15 @@ def speed_and_acceleration(last: Vector, speed: float, change: float) -> tuple[V
     return last, change, plane
 
 
-def sight_speed(sight: float, safety_distance: float, delay: float, braking: float, unheard: float) -> float:
+def sight_speed(sight: float, safety_distance: float, delay: float, braking: float, silence: float) -> float:
     """Return the speed, m/s, at which two drones that meet head on with `sight` m can still stop in time.
 
-        2 v tau + v^2 / b <= sight − r,   2 v t_c <= sight − r
+        2 v tau + v^2 / b <= sight − r,   2 v t_s <= sight − r/2
 
     `delay` is tau in s: lag, dead time and the delay until the body's velocity is known; `braking` b in m/s^2;
-    `unheard` is t_c in s: so long each flies on if no command reaches it any more.
+    `silence` is t_s in s: until each stands if no command reaches it any more.
     """
     room = max(sight - safety_distance, 0.0)
-    return min(braking * (sqrt(delay * delay + room / braking) - delay), room / (2.0 * unheard))
+    return min(
+        braking * (sqrt(delay * delay + room / braking) - delay), (sight - safety_distance / 2.0) / (2.0 * silence)
+    )

@@ -60,10 +60,15 @@ class GuardParameters(Frozen):
         """The time, s, until a drone brakes for another one: tau of `sight_speed`."""
         return STOPPING_DISTANCE_FACTOR * self.slowness + 3.0 * self.period
 
+    @property
+    def silence(self) -> float:
+        """The time, s, until a drone stands that saw another one when the last command reached it."""
+        return self.unheard + self.slowness + 3.0 * self.period
+
     def sight_speed(self, age: float) -> float:
         """Return the speed, m/s, at which two drones still stop in time if their data is `age` s old."""
-        sight, apart, delay = self.sight, self.separation.drone, self.delay + age
-        return sight_speed(sight, apart, delay, self.acceleration, self.unheard)
+        apart, delay, silence = self.separation.drone, self.delay + age, self.silence + age
+        return sight_speed(self.sight, apart, delay, self.acceleration, silence)
 
 
 class Guard:

@@ -168,6 +168,6 @@ def test_both_ends_of_what_the_limits_leave_are_within_a_step_that_can_stop(pace
 def test_a_larger_sensing_radius_allows_a_higher_speed() -> None:
     speed = sight_speed(1.5, 0.4, 0.35, 5.0, 0.2)
     assert 2.0 * speed * 0.35 + speed**2 / 5.0 == pytest.approx(1.1)
-    assert 2.0 * sight_speed(1.5, 0.4, 0.35, 5.0, 0.8) * 0.8 == pytest.approx(1.1)
+    assert 2.0 * sight_speed(1.5, 0.4, 0.35, 5.0, 0.8) * 0.8 == pytest.approx(1.3)
     assert sight_speed(0.3, 0.4, 0.35, 5.0, 0.2) == 0.0
     assert sight_speed(inf, 0.4, 0.35, 5.0, 0.2) == inf
