@@ -146,3 +146,11 @@ def test_drones_that_hear_nothing_any_more_stop_in_time(command_zero: float, at:
     flown = fly(SWARM | {"limits.staleness.command_zero": command_zero}, silence, seed=148, duration=3.0)
     print(kept(flown))
     assert kept(flown).closest >= 0.25
+
+
+def test_a_wind_as_fast_as_the_airframe_lets_it_land(fly: Fly) -> None:
+    windy = {"control.disturbance": 1.3, "limits.body_drift": 1.5, "wind.velocity": [1.3, 0.0, 0.0]}
+    drones = [{"id": i, "start": [x, y, 0.0], "airframe": "tello"} for i, (x, y) in enumerate(STARTS)]
+    flown = fly({"control.law": "extended", "drones": drones} | windy, duration=4.0)
+    assert "still landing" not in flown.outcome.failure
+    assert {flown.phases(f"uav{i}")[-1][1] for i in (1, 2, 3, 4)} <= {"grounded", "ready"}

@@ -17,7 +17,7 @@ from flockwire_core.domain.motion import Motion
 from flockwire_core.domain.order import Stop
 from flockwire_core.domain.pose import Pose
 from flockwire_core.domain.time import SECOND, nanoseconds
-from flockwire_core.domain.vector import ZERO, Vector, distance, limit, scale, subtract
+from flockwire_core.domain.vector import ZERO, Vector, limit, scale, subtract
 from flockwire_core.objects import load_object
 from flockwire_core.parameters import PilotParameters
 from flockwire_core.pilot.off_place import OffPlace, no_place
@@ -118,7 +118,7 @@ class Pilot:
             self.bodies = self._surroundings.bodies(pose, neighbours)
             if BLIND not in found:
                 self.motion = motion = self._measure(pose, phase, now)
-                self._body.stops = distance(motion.position, motion.stopping)
+                self._body.way = subtract(motion.stopping, motion.position)
                 if self._guard is not None and phase in IN_FLIGHT:
                     self.bodies = self._guard.tracked(motion, self.bodies, self._sensed_at)
         if now >= self._body.due:
@@ -273,6 +273,8 @@ class Pilot:
             wanted = self._place.velocity(phase, position, self.bodies)
         slow, speed = SLOW in self._found, self._parameters.guard.speed
         speed = self._airframe.speed(min(speed, limits.blind_speed) if slow else speed)
+        if phase is Phase.LANDING:  # it descends in a wind that is as fast as its airframe
+            speed = max(speed, limits.vertical_speed)
         grounding = phase in (Phase.LANDING, Phase.TAKEOFF)
         if self._guard is not None:
             last, seen = self._airframe.last_command, self._sensed_at

@@ -13,11 +13,12 @@ from typing import Final
 
 from flockwire_core.control.airframe.motion_residual import GAIN_ERROR, MotionResidual
 from flockwire_core.control.airframe.state import AirframeState
+from flockwire_core.control.barrier import nearest_on_segment
 from flockwire_core.domain.airframe import FlightState, Telemetry
 from flockwire_core.domain.motion import Motion
 from flockwire_core.domain.pose import Pose, Quaternion
 from flockwire_core.domain.time import SECOND
-from flockwire_core.domain.vector import Vector, distance, norm
+from flockwire_core.domain.vector import ZERO, Vector, add, norm, subtract
 from flockwire_core.parameters import PilotParameters
 from flockwire_core.pilot.phases import IN_FLIGHT
 from flockwire_core.wire.phase import Phase
@@ -25,7 +26,7 @@ from flockwire_core.wire.status import APART, Reason
 
 FREE: Final = frozenset({Phase.HOLD, Phase.FORMATION})  # on the ground, and near it, a drone does not move as commanded
 OUTLIER: Final = 3 * SECOND // 20  # ns: a tracker that is wrong for longer is wrong
-LATE: Final = 0.15  # s without a command after which what the pilot commands is not what the drone does
+LATE: Final = 0.25  # s, of the last command known to have come: a drone may stand though it is commanded to move
 TURN, TURN_RATE = 0.5, 6.3  # rad, of a single pose, and rad/s
 REPEATS: Final = "stands still, bit for bit, though it moved or is commanded to"
 EXAMINE: Final = "examine tracker and airframe before the next start"
@@ -53,7 +54,7 @@ class TrackedBody:
         why: why it is not the drone's; empty while it can be.
         refused: the number of poses that were not used.
         due: when to look again, Unix ns.
-        stops: m, from the last position to the stopping point.
+        way: m, from the last position to the stopping point.
         sunk: m, how far the drone was commanded to descend since the last pose.
         last: the last pose that the drone can have.
 
@@ -63,17 +64,18 @@ class TrackedBody:
         limits = parameters.limits
         self.why, self.refused = "", 0
         self._drifted = False  # whether it moved apart from the commands, so that what was learned of the wind is wrong
-        self.due, self.sunk, self.stops = 0, 0.0, 0.0
+        self.due, self.sunk, self.way = 0, 0.0, ZERO
         self.last: Pose | None = None
         self._wind = max(limits.body_drift, parameters.disturbance)
         self._residual = MotionResidual(self._wind, parameters.lag + parameters.dead_time)
         self._airframe, self._born = airframe, born
         zero = limits.staleness.command_zero
         self._coasting = max(zero, limits.staleness.pose_zero)  # s without poses until the drone is stopped
-        self._late = min(zero, LATE)
+        self._zero = zero
+        self._heard = 0.0  # s, since when the driver has got the commands without a gap
         self._refused_at = 0  # stamp of the first pose in a row that was not used, Unix ns
         self._apart = 0  # looks in a row
-        self._examined = 0  # stamp of the last pose that was compared, Unix ns
+        self._examined = (0, 0)  # what had come when it looked last: a pose's stamp, and how many were refused
         self._looked = self._climbed = 0  # when it was looked at, and when its take-off ended, Unix ns
 
     @property
@@ -108,19 +110,20 @@ class TrackedBody:
     def _contradiction(self, last: Pose, pose: Pose) -> str:
         """Return why the drone cannot have gone from its `last` pose to `pose`; empty if it can.
 
-            |x − x_0| <= |y_0 − x_0| + 1.3 |u| min(t, t_c) + d t + 0.2 m,   angle <= 0.5 rad + 6.3 rad/s t
+            |x − X| <= 1.3 |u| min(t, t_c) + d t + 0.2 m,   angle <= 0.5 rad + 6.3 rad/s t
 
-        x_0 and y_0 are its last position and stopping point, u the last command, t the time since and t_c that until
-        the pilot without poses, or the driver of a frozen one, stops it. After a descent without poses, x_0 is any
-        point of it.
+        X is the nearest point on the way from x_0 to y_0, its last position and stopping point, u the last command,
+        t the time since and t_c that until the pilot without poses, or the driver of a frozen one, stops it. After a
+        descent without poses, x_0 is any point of it.
         """
         elapsed = max(0, pose.stamp - last.stamp) / SECOND
         coasts = norm(self._airframe.last_command) * min(elapsed, self._coasting)
         x, y, z = last.position
-        jump = distance((x, y, min(z, max(pose.position[2], z - self.sunk))), pose.position)
+        from_it = subtract((x, y, min(z, max(pose.position[2], z - self.sunk))), pose.position)
+        beside = norm(nearest_on_segment(from_it, add(from_it, self.way)))
         # m, of a single pose, and what the stopping point does not know
-        if jump > self.stops + (1.0 + GAIN_ERROR) * coasts + self._wind * elapsed + 0.2:
-            return f"jumped by {jump:.2f} m"
+        if beside > (1.0 + GAIN_ERROR) * coasts + self._wind * elapsed + 0.2:
+            return f"jumped by {norm(from_it):.2f} m"
         cosine, angle = turned(last.orientation, pose.orientation), TURN + TURN_RATE * elapsed
         if angle < 3.0 and cosine < cos(0.5 * angle):
             return f"turned by {degrees(2.0 * acos(cosine)):.0f} degrees"
@@ -144,9 +147,10 @@ class TrackedBody:
             self._residual.forget_heights()
             self._apart = 0
             return
-        if self.seen == self._examined:  # without a new pose nothing repeats, and nothing moves
+        came = (self.seen, self.refused)
+        if came == self._examined:  # without a new pose nothing repeats, and nothing moves
             return
-        self._examined = self.seen
+        self._examined = came
         why = self._apart_by(motion, telemetry, phase, now)
         self._apart = self._apart + 1 if why else 0
         if self._apart >= 3:  # looks in a row at a body that moves apart
@@ -159,11 +163,13 @@ class TrackedBody:
         if rose := residual.rise(motion, telemetry.height, behind, since):
             why = f"moves by {rose:.1f} m in height, which the airframe does not"
         # ns after a take-off: one that takes off by itself obeys after its reply
-        if phase not in FREE or not obeys(telemetry, self._late) or now - self._climbed <= 2 * SECOND:
+        if telemetry.command_age + (now - telemetry.stamp) / SECOND > LATE:
+            self._heard = since
+        if phase not in FREE or not obeys(telemetry, self._zero) or now - self._climbed <= 2 * SECOND:
             residual.reset()
         else:
             residual.update(motion, self._airframe.travelled(since), since)
-            if residual.repeats():
+            if residual.repeats(self._heard):
                 self.why = REPEATS
             if speed := residual.apart():
                 why = f"moves {speed:.1f} m/s apart from its commands"

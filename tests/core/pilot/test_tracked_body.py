@@ -36,10 +36,18 @@ def test_a_wind_of_15_m_s_may_have_moved_it(body, x, reached):
 
 
 def test_it_coasts_to_its_stopping_point_and_as_far_as_its_driver_obeys_a_frozen_pilot(body):
-    body.stops = 0.5
+    body.way = (0.5, 0.0, 0.0)
     body._airframe.command((1.0, 0.0, 0.0), 0.0)
     assert not body.take(pose(1.8, 0.5), Phase.HOLD)
     assert body.take(pose(1.7, 0.5), Phase.HOLD)
+
+
+def test_it_is_on_its_way_and_not_behind_it(body):
+    """Of two close drones that exchange their names, the fast one must not take the other's place for its own."""
+    body.way = (0.5, 0.0, 0.0)
+    assert not body.take(pose(-0.3, 0.01), Phase.FORMATION)
+    assert not body.take(pose(0.2, 0.01, y=0.3), Phase.FORMATION)
+    assert body.take(pose(0.6, 0.01), Phase.FORMATION)
 
 
 def test_the_time_counts_from_the_last_pose_that_was_used(body):

@@ -77,11 +77,13 @@ class MotionResidual:
         """Return the speed, m/s, at which the body moves apart from the commands; 0 while it can be the drone's."""
         return max([self._apart(before, self._moved[-1]) for before in self._moved], default=0.0)
 
-    def repeats(self) -> bool:
-        """Return whether its position is one that the tracker repeats."""
+    def repeats(self, heard: float) -> bool:
+        """Return whether its position is one that the tracker repeats, since the drone `heard` (s) all commands."""
         moved = list(self._moved)
         first = last = len(moved) - 1
         while first > 0 and moved[first - 1].motion.position == moved[last].motion.position:
+            if moved[first - 1].at < heard:
+                break
             first -= 1
         end = last
         while end > first and moved[end].at > moved[last].at - self._shows_after:

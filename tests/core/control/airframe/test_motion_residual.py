@@ -35,7 +35,7 @@ class Flight:
             if k % LOOK == 0:
                 self.residual.update(motion, self.state.travelled(self.now), self.now)
                 self.apart = max(self.apart, self.residual.apart())
-                self.repeats = self.repeats or self.residual.repeats()
+                self.repeats = self.repeats or self.residual.repeats(0.0)
         return self
 
 
