@@ -28,6 +28,7 @@ def warnings(swarm: Swarm) -> Iterator[str]:
     """Yield warnings of settings that are allowed but unlikely to fly well."""
     yield from _observer_warnings(swarm)
     yield from _wind_warnings(swarm)
+    yield from _slow_camera_warnings(swarm)
     yield from _law_warnings(swarm)
     yield from _replay_warnings(swarm)
     if swarm.control.law == "paper":
@@ -90,14 +91,30 @@ def _wind_warnings(swarm: Swarm) -> Iterator[str]:
             f"they will be up to {(most - compensated) / swarm.control.formation_gain:.2f} m off their places, or more"
         )
 
+    for name, number in _kinds(swarm):
+        if compensated and compensated >= (full := swarm.full_speed(number)):
+            yield (
+                f"control.disturbance = {compensated:g} m/s is not below {full:g} m/s, the highest speed of airframe "
+                f"{name}: in such a wind it does not keep its place"
+            )
+
+
+def _slow_camera_warnings(swarm: Swarm) -> Iterator[str]:
+    gateway, limit = swarm.gateway, swarm.limits.staleness.pose_zero
+    if (oldest := 1.0 / gateway.rate_hz + gateway.latency) >= limit:
+        yield (
+            f"gateway.rate_hz = {gateway.rate_hz} with gateway.latency = {gateway.latency:g} s makes poses up to "
+            f"{oldest:g} s old, limits.staleness.pose_zero = {limit:g} s keeps drones without newer ones on the ground"
+        )
+
 
 def _sight_warnings(swarm: Swarm) -> Iterator[str]:
     """Yield a warning if the safety filter limits the speed below what formation and leader need, with the remedy."""
     for name, number in _kinds(swarm):
         guard, needed = guard_parameters(swarm, number), survey_of(swarm).max_speed + leader_speed(swarm)
         if guard.fastest < min(needed, guard.speed):
-            braking = 2.0 * needed * guard.delay + needed * needed / guard.acceleration
-            radius = guard.separation.drone + max(braking, 2.0 * needed * guard.unheard)
+            braking = guard.separation.drone + 2.0 * needed * guard.delay + needed * needed / guard.acceleration
+            radius = max(braking, guard.separation.drone / 2.0 + 2.0 * needed * guard.silence)
             yield (
                 f"avoidance.sensing_radius = {guard.sight:g} m lets airframe {name} fly {guard.fastest:.2f} m/s and "
                 f"stop in time, formation and leader need {needed:.2f} m/s; {ceil(10.0 * radius) / 10.0:g} m or more "

@@ -46,6 +46,20 @@ def test_a_wind_that_drones_do_not_compensate_gives_a_warning(make_swarm):
     assert "control.disturbance is set but has no effect" in warned(make_swarm(wind | unfiltered))
 
 
+def test_a_wind_as_fast_as_an_airframe_gives_a_warning(make_swarm):
+    tellos = {"control.law": "extended", "limits.speed": 3.0, "drones.1.airframe": "tello"}
+    assert "is not below 1 m/s, the highest speed of airframe tello" in warned(
+        make_swarm(tellos | {"control.disturbance": 1.3})
+    )
+    assert "highest speed" not in warned(make_swarm(tellos | {"control.disturbance": 0.9}))
+
+
+def test_poses_that_are_too_rare_to_take_off_give_a_warning(make_swarm):
+    rare = {"control.rate_hz": 10, "gateway.rate_hz": 10}
+    assert "makes poses up to 0.1 s old" in warned(make_swarm(rare | {"gateway.latency": 0.0}))
+    assert "makes poses" not in warned(make_swarm(rare | {"limits.staleness.pose_zero": 0.2}))
+
+
 def test_a_trace_to_replay_that_is_no_file_here_gives_a_warning(make_swarm, tmp_path):
     def replayed(trace):
         return warned(make_swarm({"gateway": {"source": "replay", "replay": {"trace": str(trace)}}}))

@@ -142,7 +142,7 @@ function draw() {
   const span = [Math.max(0, picture.now - began - HISTORY / 10), Math.max(10, picture.now - began)];
   const times = (kept) => kept.map(({ time }) => time);
   const curves = (pick) => [...samples].map(([id, kept]) => ({ id, times: times(kept), values: kept.map(pick) }));
-  charts[0].show(curves(({ error }) => error).filter(({ id }) => id !== 0), [], span);
+  charts[0].show(curves(({ error }) => error).filter(({ id }) => palette.followers.includes(id)), [], span);
   charts[1].show(curves(({ position }) => position && position[2]), [], span);
   for (const chart of charts) chart.draw(null, scene.selected);
   showViews();
