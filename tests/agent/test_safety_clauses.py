@@ -98,7 +98,7 @@ CLAUSES = {
     ),
     "no faster than it learns of it": Clause(
         *FACE_TO_FACE, {"sim.delay": 0.03}, apart,
-        {"sight_speed": lambda sight, r, _, b, unheard: sight_speed(sight, r, 0.03, b, unheard)},
+        {"sight_speed": lambda sight, r, _, b, __: sight_speed(sight, r, 0.03, b, 0.03)},
     ),
     "fence": Clause(
         [[1.5, 0.0], [0.0, 0.0]], {1: [1.9, 0.0, 0.0]},
