@@ -139,7 +139,7 @@ def test_a_network_that_loses_a_third_is_no_reason_to_doubt_the_tracker(fly: Fly
     assert flown.outcome.failure == ""
 
 
-@pytest.mark.parametrize("at", [1.6, 1.8, 2.0, 2.2, 2.4, 2.6])  # s from the order to take off: all are on their ways
+@pytest.mark.parametrize("at", [2.2, 2.4, 2.6])  # s from the order to take off: two meet head on
 @pytest.mark.parametrize("command_zero", [0.2, 0.5])
 def test_drones_that_hear_nothing_any_more_stop_in_time(command_zero: float, at: float, fly: Fly) -> None:
     silence = {"at": at, "kind": "partition", "processes": ["kinematics"], "duration": 5.0}

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[3]
+pytestmark = pytest.mark.sources
 SCRIPTS = sorted([*(ROOT / "lab/bench").rglob("*.py"), *(ROOT / "scripts").rglob("*.py")])
 
 
