@@ -271,10 +271,11 @@ class Pilot:
             self._airframe.limit_vertical(limits.vertical_speed)  # what it compensates lets it descend
         if phase is not Phase.FORMATION:
             wanted = self._place.velocity(phase, position, self.bodies)
-        slow, speed = SLOW in self._found, self._parameters.guard.speed
-        speed = self._airframe.speed(min(speed, limits.blind_speed) if slow else speed)
+        slow, most = SLOW in self._found, self._parameters.guard.speed
+        most = min(most, limits.blind_speed) if slow else most
+        speed = self._airframe.speed(most)
         if phase is Phase.LANDING:  # it descends in a wind that is as fast as its airframe
-            speed = max(speed, limits.vertical_speed)
+            speed = max(speed, min(most, limits.vertical_speed))
         grounding = phase in (Phase.LANDING, Phase.TAKEOFF)
         if self._guard is not None:
             last, seen = self._airframe.last_command, self._sensed_at
