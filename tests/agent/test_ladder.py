@@ -525,6 +525,16 @@ def test_without_nearby_bodies_it_slows_down_then_holds(flyer):
     assert hypot(*flyer.velocity) <= 0.5
 
 
+def test_without_nearby_bodies_it_lands_slowly(cockpit):
+    agent = cockpit({"control.law": "extended"}).fly()
+    agent.silent = {"nearby"}
+    agent.order("land")
+    agent.run(1.0)
+    assert agent.phase is Phase.LANDING
+    assert agent.velocity[2] < 0.0
+    assert hypot(*agent.velocity) <= 0.5 + 1e-9
+
+
 def test_with_neighbours_sensing_no_drone_waits_for_nearby(cockpit):
     agent = cockpit({"avoidance.sensing": "neighbours"}, number=2)
     agent.silent = {"nearby"}
