@@ -69,9 +69,8 @@ class TrackedBody:
         self._wind = max(limits.body_drift, parameters.disturbance)
         self._residual = MotionResidual(self._wind, parameters.lag + parameters.dead_time)
         self._airframe, self._born = airframe, born
-        zero = limits.staleness.command_zero
-        self._coasting = max(zero, limits.staleness.pose_zero)  # s without poses until the drone is stopped
-        self._zero = zero
+        self._zero = limits.staleness.command_zero
+        self._coasting = max(self._zero, limits.staleness.pose_zero)  # s without poses until the drone is stopped
         self._heard = 0.0  # s, since when the driver has got the commands without a gap
         self._refused_at = 0  # stamp of the first pose in a row that was not used, Unix ns
         self._apart = 0  # looks in a row
